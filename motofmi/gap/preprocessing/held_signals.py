@@ -11,6 +11,7 @@ A quantised signal repeats its values as well, but it changes by one step at a t
 rate. An input in steps that are long against the motion is no slow sensor.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -29,6 +30,18 @@ NOTE = (
     "{}: {} repeats each of its values in {} samples: the recording is reduced to {:.4g} Hz, the sampling rate of that "
     "signal"
 )
+
+
+BETWEEN = "{}: {} repeats each of its values in {} samples: it is interpolated between its new ones"
+
+
+def between_new_values(recording: Recording, sensors: Sequence[str]) -> tuple[Recording, tuple[str, ...]]:
+    """A uniformly sampled recording whose sensors are interpolated between their new values where they repeat them, and
+    a note on each that does. Its rate is kept."""
+    holds = {name: hold for name in sensors if (hold := hold_of(recording[name]))[0] > 1}
+    columns = {name: _between_new_values(recording[name], hold) for name, hold in holds.items()}
+    notes = tuple(BETWEEN.format(recording.name, name, length) for name, (length, _) in holds.items())
+    return replace(recording, columns={**recording.columns, **columns}), notes
 
 
 def at_rate_of_slowest(recording: Recording, experiment: InputOutputExperiment) -> tuple[Recording, tuple[str, ...]]:

@@ -16,6 +16,7 @@ from scipy.fft import dct
 
 from fmus.support.errors import InputError
 from motofmi.gap.preprocessing.flexible_noise_model import Density
+from motofmi.gap.preprocessing.held_signals import between_new_values
 from motofmi.gap.preprocessing.undisturbed_intervals import (
     BLOCK,
     FEWEST_BLOCKS,
@@ -184,6 +185,8 @@ def prepare_predicted_run(
     undisturbed blocks remain, an output is constant, or all outputs are consistent with their noise.
     """
     recording, notes = uniform(recording)
+    recording, held = between_new_values(recording, outputs)
+    notes = (*notes, *held)
     for name in outputs:
         if np.ptp(recording[name]) == 0:
             raise InputError(

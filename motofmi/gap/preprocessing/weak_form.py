@@ -19,6 +19,7 @@ import numpy as np
 from scipy.fft import dct, dst
 
 from motofmi.gap.preprocessing.flexible_noise_model import Density
+from motofmi.gap.preprocessing.held_signals import between_new_values
 from motofmi.gap.preprocessing.undisturbed_intervals import (
     BLOCK,
     FEWEST_BLOCKS,
@@ -127,21 +128,25 @@ class WeakFormRun:
         return self.tested(np.stack([np.ones_like(tau), tau])[:, None, :])[:, 0].T
 
 
-def prepare_weak_form(recording: Recording, over: str, rates: Sequence[str], needed: Sequence[str]) -> WeakFormRun:
+def prepare_weak_form(
+    recording: Recording, over: str, rates: Sequence[str], sensors: Sequence[str], inputs: Sequence[str]
+) -> WeakFormRun:
     """The run without the intervals in which the vehicle starts, stops or falls, and without outliers.
 
-    over is the channel of the speed [m/s], rates are the states whose equations are compared, needed are all channels.
+    over is the channel of the speed [m/s], rates are the states whose equations are compared, sensors are the recorded
+    states and inputs the recorded inputs.
     The noise is not estimated yet. Raises InputError where fewer than two undisturbed blocks remain.
     """
     recording, notes = uniform(recording)
-    intervals, excluded = undisturbed(recording, over, needed)
+    recording, held = between_new_values(recording, sensors)
+    intervals, excluded = undisturbed(recording, over, (*sensors, *inputs))
     length = int(BLOCK * recording.rate)
     blocks = np.array([b for first, last in intervals for b in range(first, last - length + 1, length)], int)
     if len(blocks) < FEWEST_BLOCKS:
         raise too_few_blocks(recording, len(blocks), excluded)
     note = note_on_blocks(recording, len(blocks), excluded)
     flat = tuple(Density(np.array([0.0, recording.rate / 2]), np.ones(2)) for _ in rates)
-    return WeakFormRun(recording, blocks, length, tuple(rates), flat, notes=(*notes, note))
+    return WeakFormRun(recording, blocks, length, tuple(rates), flat, notes=(*notes, *held, note))
 
 
 def whitener(density: np.ndarray, nuisance: np.ndarray) -> np.ndarray:

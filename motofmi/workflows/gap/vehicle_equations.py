@@ -76,7 +76,8 @@ def weak_runs(recordings: Sequence[Recording], experiment: VehicleOverSpeedExper
             r,
             experiment.over,
             accelerated(experiment),
-            (*experiment.component.states, *(n for n in experiment.component.inputs if n in r.columns)),
+            list(experiment.component.states),
+            [n for n in experiment.component.inputs if n in r.columns],
         )
         for r in recordings
     ]

@@ -7,7 +7,7 @@ from scipy.signal import StateSpace, lsim
 import motofmi as mf
 from fmus.mechanisms import DrivenJoint
 from motofmi.gap.experiments.input_output import input_output_experiment
-from motofmi.gap.preprocessing.held_signals import at_rate_of_slowest, hold_of
+from motofmi.gap.preprocessing.held_signals import at_rate_of_slowest, between_new_values, hold_of
 from motofmi.recordings.recording import Recording
 from tests.few_laws import only_families
 
@@ -63,3 +63,16 @@ def test_steps_of_the_input_that_are_long_against_the_motion_are_kept():
     experiment = input_output_experiment(DrivenJoint(), ["torque", "angle"])
     assert hold_of(torque) == (50, 0)
     assert at_rate_of_slowest(fast, experiment) == (fast, ())
+
+
+def test_the_sensors_of_a_ride_are_interpolated_between_their_new_values():
+    """As of a bus with a slower message; the rate of the other channels is kept."""
+    exact = np.sin(2 * np.pi * TIME)
+    last = np.maximum((np.arange(len(TIME)) - 3) // HELD * HELD + 3, 0)
+    ride = Recording("ride", TIME, {"steer": exact[last], "roll": exact}, {"steer": "rad", "roll": "rad"})
+    made, (note,) = between_new_values(ride, ["steer", "roll"])
+    assert "steer repeats each of its values in 10 samples" in note
+    assert np.max(np.abs(ride["steer"] - exact)) > 0.05
+    # a cubic spline: h^4 (2 pi)^4 5/384 = 3e-6 with h = 20 ms, but for the ends
+    assert made["steer"][20:-20] == pytest.approx(exact[20:-20], abs=1e-5)
+    assert made["roll"] is ride["roll"]

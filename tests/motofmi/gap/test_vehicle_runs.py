@@ -122,7 +122,7 @@ def recording(**changed):
 
 
 def prepared(run):
-    return prepare_weak_form(run, "speed", ("roll_rate", "steer_rate"), tuple(run.columns))
+    return prepare_weak_form(run, "speed", ("roll_rate", "steer_rate"), tuple(run.columns), ())
 
 
 @pytest.mark.slow
