@@ -158,7 +158,7 @@ def with_best_interpolation(model: FreeInitialStateModel, found: Fit) -> Fit:
         return found
     others = [[run.with_interpolation(kind) for run in runs] for kind in INTERPOLATIONS if kind != runs[0].kind]
     fits = parallel_map(
-        lambda other: PortableFit.of(fit(model, other, found.x)), others, "fitting with other interpolations"
+        lambda other: PortableFit.of(fit_or_none(model, other, found.x)), others, "fitting with other interpolations"
     )
     for portable, other in zip(fits, others, strict=True):
         if portable is not None and portable.chi2 < CLOSER * found.chi2:

@@ -9,6 +9,13 @@ from scipy.signal import StateSpace, dlsim
 
 import motofmi as mf
 from fmus import Component, input, parameter, state
+from fmus.support.errors import InputError
+from motofmi.gap.estimation import fitting
+from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.initial_fit import with_best_interpolation
+from motofmi.gap.experiments.input_output import input_output_experiment
+from motofmi.gap.models.free_initial_state import FreeInitialStateModel
+from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
 from motofmi.recordings.recording import Recording
 from tests.few_laws import only_families
 
@@ -86,3 +93,17 @@ def test_the_part_of_a_delay_that_may_be_that_of_the_hold_is_said(monkeypatch):
     delay = effect["parameters"]["delay"]["value"]
     said = any("half a sampling interval (0.01 s) of the delay" in each for each in found.limitations)
     assert delay == pytest.approx(0.06 + 0.01 * said, abs=1e-3)  # s, three samples
+
+
+def test_an_interpolation_with_which_a_model_cannot_be_simulated_is_left_out(monkeypatch):
+    """Beside a hysteresis the simulation with another one diverged, and the command ended in an error."""
+    run = sampled_command(1)
+    experiment = input_output_experiment(mf.mechanism("driven_joint"), list(run.columns))
+    model = FreeInitialStateModel(experiment)
+    found = fit(model, [prepare_sampled_run(run, experiment)], model.start())
+
+    def diverges(model, runs, x):
+        raise InputError("the simulation diverges")
+
+    monkeypatch.setattr(fitting, "fit", diverges)
+    assert with_best_interpolation(model, found) is found
