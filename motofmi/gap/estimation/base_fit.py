@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fmus.effects import Effect
+from fmus.effects.stiffness import TurnedGravityTorque
 from fmus.support.errors import InputError
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate_laws import candidate_laws
@@ -71,12 +72,20 @@ def fitted_base(
     if signed is not initial:
         before = _with_candidates(initial, noise, library)
         if experiment.imposed:
-            base, before = (replace(b, starts=equation_error_fits(b.fit, b.candidates)) for b in (base, before))
+            base, before = (
+                replace(b, starts=equation_error_fits(b.fit, [c for c in b.candidates if not _has_any_sign(c)]))
+                for b in (base, before)
+            )
         if base.starts and before.starts and CLEARLY_LESS * before.starts[0].chi2 < base.starts[0].chi2:
             base = before
     if base.starts and (stable := _on_stable_segments(base.fit, base.starts[0])) is not None:
         return replace(base, fit=_scaled(stable, largest_motion(stable), noise))
     return base
+
+
+def _has_any_sign(law: type[Effect]) -> bool:
+    """Whether a law fits beside a stiffness of either sign, and does not tell which one the base has."""
+    return issubclass(law, TurnedGravityTorque)
 
 
 def _on_stable_segments(base: Fit, start: EquationErrorFit) -> Fit | None:

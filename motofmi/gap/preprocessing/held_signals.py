@@ -47,8 +47,10 @@ def between_new_values(recording: Recording, sensors: Sequence[str]) -> tuple[Re
 def at_rate_of_slowest(recording: Recording, experiment: InputOutputExperiment) -> tuple[Recording, tuple[str, ...]]:
     """A uniformly sampled recording at the sampling rate of its slowest output, imposed motion, or input that is fast
     against the outputs, and a note where that is not the recording's own."""
-    outputs = [*experiment.outputs, *filter(None, [experiment.imposed])]
+    outputs = [n for n in (*experiment.outputs, experiment.imposed) if n and np.ptp(recording[n]) > 0]
     free, rate = is_free(recording, experiment.inputs), recording.rate
+    if not outputs:
+        return recording, ()
     highest = max(highest_of_motion(recording[n], rate, free) for n in outputs)
     holds = {name: hold_of(recording[name]) for name in dict.fromkeys((*outputs, *experiment.inputs))}
     resolved = {n: hold for n, hold in holds.items() if n in outputs or rate / hold[0] >= OVERSAMPLING_OF_MOTION * highest}

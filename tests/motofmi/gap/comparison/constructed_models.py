@@ -23,9 +23,9 @@ def model_with(*effects, level, seed=0, scatter=0.1, blocks=BLOCKS, value=1.0):
     """A compared model whose mean square is `level` on all blocks but for a scatter, and whose parameters all have one
     value."""
     names = [f"{e.family}.{n}" for e in effects for n in e.free_parameters()]
-    experiment = SimpleNamespace(parameter=lambda effect, n: f"{effect.family}.{n}")
     unbounded = {n: SimpleNamespace(unit="1", min=-np.inf, max=np.inf) for n in names}
     component = SimpleNamespace(elements={}, table=unbounded)
+    experiment = SimpleNamespace(parameter=lambda effect, n: f"{effect.family}.{n}", component=component)
     model = SimpleNamespace(names=names, own=names, base=[], experiment=experiment, effects=effects,
                             component=component, values=lambda x: dict(zip(names, x, strict=True)))  # fmt: skip
     squares = level * np.exp(scatter * np.random.default_rng(seed).normal(size=2 * blocks))
