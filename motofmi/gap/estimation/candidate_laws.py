@@ -56,7 +56,7 @@ CENTRES = (
     "{}: the means of the runs, {:.3g} to {:.3g} {}, differ by more than the motion about them, and the base has no "
     "spring. Not candidates there: {}; they would have another centre in each run."
 )
-ROTATES = (
+NO_SPRINGS = (
     "{}: the angle increases or decreases by more than a revolution, and the base has no spring. Not candidates there: "
     "{}; they are the forces of springs."
 )
@@ -131,17 +131,17 @@ def _without_springs_of_rotating_bodies(
     library: Sequence[type[Effect]], found: Fit
 ) -> tuple[list[type[Effect]], list[str]]:
     """The laws without the forces of springs on an angle that rotates in every run where the base has no spring, and a
-    sentence for each element that loses some."""
-    experiment, kept, sentences = found.model.experiment, list(library), list[str]()
+    sentence for each angle that loses some."""
+    experiment, left_out = found.model.experiment, dict[str, list[type[Effect]]]()  # by angle
     component, free = experiment.component, {f.name for f in experiment.free}
     for name, element in component.elements.items():
         spring = element.stiffness and (element.stiffness in free or component.values[element.stiffness])
-        if spring or not all(rotates(element, run) for run in found.runs):
-            continue
-        laws = [e for e in kept if e.element == name and _is_spring(e)]
-        kept = [effect for effect in kept if effect not in laws]
-        sentences += [ROTATES.format(element.deflection, _listed(laws, kept))] if laws else []
-    return kept, sentences
+        laws = [e for e in library if e.element == name and _is_spring(e)]
+        if laws and not spring and all(rotates(element, run) for run in found.runs):
+            left_out.setdefault(element.deflection, []).extend(laws)
+    every = [effect for laws in left_out.values() for effect in laws]
+    kept = [effect for effect in library if effect not in every]
+    return kept, [NO_SPRINGS.format(angle, _listed(laws, kept)) for angle, laws in left_out.items()]
 
 
 def _is_spring(law: type[Effect]) -> bool:

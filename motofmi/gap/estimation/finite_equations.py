@@ -5,12 +5,14 @@ The search for values simulates far from the recorded motion. Each state is vari
 range, the others at the middle of theirs.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 
 from fmus.declaration.component import Component
 from fmus.expressions.functions import NUMERIC
+from fmus.support.errors import InputError
 from motofmi.gap.preprocessing.sampled_run import SampledRun
 
 POINTS = 41  # of each range
@@ -18,6 +20,17 @@ HINT = (
     "its {} {} not finite where {} is {:.3g} {}, which a search for values may reach: continue the equations there, as in "
     "m.sqrt(m.where(h > 1e-6, h, 1e-6 + 0 * h))"
 )
+
+
+@contextmanager
+def where_not_finite(component: Component, runs: Sequence[SampledRun]) -> Iterator[None]:
+    """Adds to an InputError that is raised meanwhile where the equations of the component are not finite."""
+    try:
+        yield
+    except InputError as error:
+        if not (hint := hint_where_not_finite(component, runs)):
+            raise
+        raise InputError(f"{error}; {hint}") from None
 
 
 @np.errstate(all="ignore")

@@ -3,9 +3,9 @@
     y_k, y_k, ..., y_k, y_k+1, ...        the same value in each of `length` samples
 
 An output that is held so is late by half of its sampling interval on average, and a delay of that size would be fitted.
-An input may be a command that is held indeed, or the reading of a slower sensor, which the interpolations of the inputs
-tell apart from its samples alone. The recording is reduced to the samples at which the slowest signal has a new value;
-columns that are not held pass a low-pass filter.
+An input is either a command that is held indeed, or the reading of a slower sensor: once only its new values are left,
+both are tried as interpolations of the input. The recording is reduced to the samples at which the slowest signal has a
+new value; columns that are not held pass a low-pass filter.
 
 A quantised signal repeats its values as well, but it changes by one step at a time, or at intervals that depend on its
 rate. An input in steps that are long against the motion is no slow sensor.
@@ -39,7 +39,7 @@ def between_new_values(recording: Recording, sensors: Sequence[str]) -> tuple[Re
     """A uniformly sampled recording whose sensors are interpolated between their new values where they repeat them, and
     a note on each that does. Its rate is kept."""
     holds = {name: hold for name in sensors if (hold := hold_of(recording[name]))[0] > 1}
-    columns = {name: _between_new_values(recording[name], hold) for name, hold in holds.items()}
+    columns = {name: _through_new_values(recording[name], hold) for name, hold in holds.items()}
     notes = tuple(BETWEEN.format(recording.name, name, length) for name, (length, _) in holds.items())
     return replace(recording, columns={**recording.columns, **columns}), notes
 
@@ -61,12 +61,13 @@ def at_rate_of_slowest(recording: Recording, experiment: InputOutputExperiment) 
     kept = slice(first, None)
     begun = replace(recording, time=recording.time[kept], columns={n: y[kept] for n, y in recording.columns.items()})
     reduced = slower(begun, length)
-    sampled = {n: _between_new_values(recording[n], hold)[kept][::length] for n, hold in resolved.items() if hold[0] > 1}
+    slow = {name: hold for name, hold in resolved.items() if hold[0] > 1}
+    sampled = {name: _through_new_values(recording[name], hold)[kept][::length] for name, hold in slow.items()}
     note = NOTE.format(recording.name, slowest, length, rate / length)
     return replace(reduced, columns={**reduced.columns, **sampled}), (note,)
 
 
-def _between_new_values(values: np.ndarray, hold: tuple[int, int]) -> np.ndarray:
+def _through_new_values(values: np.ndarray, hold: tuple[int, int]) -> np.ndarray:
     """A signal (n,) interpolated between the samples at which it has new values."""
     length, first = hold
     new = np.arange(first, len(values), length)

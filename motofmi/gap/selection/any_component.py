@@ -8,10 +8,9 @@ import numpy as np
 
 from fmus.declaration.units import is_inertia
 from fmus.effects import Effect
-from fmus.support.errors import InputError
 from motofmi.gap.criteria import Criteria
-from motofmi.gap.estimation.base_fit import FittedBase, fitted_base, fitted_values, on_segments_like
-from motofmi.gap.estimation.finite_equations import hint_where_not_finite
+from motofmi.gap.estimation.base_fit import fitted_base, fitted_values, on_segments_like
+from motofmi.gap.estimation.finite_equations import where_not_finite
 from motofmi.gap.estimation.fit_result import Fit, parameters_of, undetermined
 from motofmi.gap.estimation.from_rest import are_step_responses
 from motofmi.gap.estimation.stages import Stage, running
@@ -87,7 +86,8 @@ def investigate(
 
     def search(report: OnProgress) -> Verdict:
         with running(Stage.BASE):
-            found = _fitted_base(experiment, runs, given or {}, library, criteria)
+            with where_not_finite(experiment.component, runs):
+                found = fitted_base(experiment, runs, given or {}, library, criteria)
             base, starts = found.fit, found.starts
             left_out.extend(found.left_out)
             prepared = [_prepared_for_validation(recording, base.model.experiment) for recording in validation]
@@ -141,16 +141,6 @@ def _unexplained_variance(verdict: Verdict, outputs: Sequence[str]) -> str:
         f"runs is not explained by the best model, more than {100 * most:.0f} %. Do the recorded inputs act on this "
         "component, and on nothing else?"
     )
-
-
-def _fitted_base(experiment: InputOutputExperiment, runs: Sequence[SampledRun], *others: Any) -> FittedBase:
-    """The base fitted to runs. Raises InputError where it cannot be, with what its equations may lack."""
-    try:
-        return fitted_base(experiment, runs, *others)
-    except InputError as error:
-        if not (hint := hint_where_not_finite(experiment.component, runs)):
-            raise
-        raise InputError(f"{error}; {hint}") from None
 
 
 def _prepared_for_validation(recording: Recording, experiment: Any) -> SampledRun:

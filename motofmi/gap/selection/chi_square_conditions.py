@@ -31,8 +31,7 @@ SUFFICIENT = (
 )
 
 WITHIN_TOLERANCE = (
-    "The base misses {:.2%} of the motion (rms) in the fitted and the validation runs, which is within the tolerance of "
-    "{:.2%}."
+    "The base misses at most {:.2%} of the motion (rms) in each of the runs, which is within the tolerance of {:.2%}."
 )
 
 

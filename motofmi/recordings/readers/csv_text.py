@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
 from io import StringIO
-from itertools import islice
+from itertools import accumulate, islice
 from pathlib import Path
 
 import numpy as np
@@ -144,9 +144,7 @@ def _in_groups(headings: tuple[str, ...], above: tuple[str, ...]) -> tuple[str, 
     themselves where the row does not name groups."""
     if len(above) != len(headings) or not holds_names(list(above)):
         return headings
-    groups: list[str] = []
-    for cell in above:
-        groups.append(cell or (groups[-1] if groups else ""))
+    groups: Iterator[str] = accumulate(above, lambda group, cell: cell or group)
     return tuple(f"{group} {name}".strip() for group, name in zip(groups, headings, strict=True))
 
 

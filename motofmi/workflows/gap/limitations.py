@@ -162,7 +162,7 @@ def _on_sensor_offsets(
 
 
 def _on_held_inputs(best: Fit) -> Iterator[str]:
-    """The part of a delay that is that of held inputs, which the chosen interpolation takes as smooth or as lines."""
+    """The part of a delay that is due to held inputs, where the chosen interpolation is smooth or by lines."""
     experiment, run = best.model.experiment, best.runs[0]
     delayed = any(effect.family == ChannelDelay.family for effect in best.model.effects)
     if not delayed or experiment.imposed or not experiment.driven or run.kind == INTERPOLATIONS[-1]:
@@ -170,7 +170,7 @@ def _on_held_inputs(best: Fit) -> Iterator[str]:
     interval, inputs = 1 / run.recording.rate, " and ".join(experiment.driven)
     yield (
         f"The delay is against {inputs} interpolated between its samples. If a controller holds it there, half a sampling "
-        f"interval ({interval / 2:.3g} s) of the delay is that of the hold."
+        f"interval ({interval / 2:.3g} s) of the delay is due to the hold."
     )
 
 

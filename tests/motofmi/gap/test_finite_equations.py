@@ -1,4 +1,4 @@
-"""Components whose equations end where a search for values simulates: the square root of a level below zero."""
+"""Components whose equations are not finite where a search for values simulates: the root of a level below zero."""
 
 import numpy as np
 import pytest
@@ -53,7 +53,7 @@ def filled(seed: int) -> Recording:
 
 
 @pytest.mark.parametrize(("tank", "finite"), [(Tank(), False), (LinearTank(), True)])
-def test_a_state_beyond_which_the_equations_end_is_given(tank, finite):
+def test_a_state_at_which_the_equations_are_not_finite_is_given(tank, finite):
     recording = filled(1)
     experiment = input_output_experiment(tank, list(recording.columns))
     hint = hint_where_not_finite(tank, [prepare_sampled_run(recording, experiment)])

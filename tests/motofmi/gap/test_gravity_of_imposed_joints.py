@@ -43,7 +43,7 @@ def test_gravity_is_named_from_a_vertical_that_is_not_known(monkeypatch):
     friction = parameters["friction_torque"]
     # 2 %: the transition through zero rate is that of the fitted form
     assert friction["value"] == pytest.approx(FRICTION, abs=4 * friction["standard_error"] + 0.02 * FRICTION)
-    # The part with the sine, of 1 N.m about this middle, has the place of a stiffness, and is not determined beside it.
+    # The part with the sine, of 1 N.m about this middle, takes the place of a stiffness and is not determined.
     cosine = parameters["cosine_torque"]
     assert cosine["value"] == pytest.approx(GRAVITY * np.cos(PHASE), abs=4 * cosine["standard_error"])
 

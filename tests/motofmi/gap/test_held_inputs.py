@@ -3,21 +3,26 @@
 w' = K d(u) - c w,   d(u) = sign(u) max(|u| - u_0, 0):   w = w_s + (w_0 - w_s) exp(-c t),   w_s = K d(u) / c
 """
 
+
 import numpy as np
 import pytest
-from scipy.signal import StateSpace, dlsim
+from scipy.signal import dlsim
 
 import motofmi as mf
 from fmus import Component, input, parameter, state
 from fmus.support.errors import InputError
-from motofmi.gap.estimation import fitting
+from motofmi.gap.estimation import fitting, initial_fit
+from motofmi.gap.estimation.fit_result import Fit
 from motofmi.gap.estimation.fitting import fit
-from motofmi.gap.estimation.initial_fit import with_best_interpolation
+from motofmi.gap.estimation.initial_fit import in_interpolation_of, with_best_interpolation
 from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_run
+from motofmi.gap.selection.chi_square_conditions import unless_sufficient
+from motofmi.gap.selection.result import Verdict
 from motofmi.recordings.recording import Recording
 from tests.few_laws import only_families
+from tests.motofmi.gap.smoothly_driven_joint import JOINT, smooth_torque, with_noise
 
 GAIN, DAMPING, HALF_WIDTH = 40.0, 5.0, 0.6  # rad/V.s2, 1/s, V
 HOLD, RATE = 2.0, 100.0  # s, Hz
@@ -70,13 +75,11 @@ def test_the_interpolation_of_an_input_is_chosen_with_the_effect(half_width):
 
 def sampled_command(seed: int, delay: int = 0) -> Recording:
     """A joint under a smooth torque that a controller holds over each of its samples of 20 ms, with noise of 0.1 %."""
-    inertia, damping, stiffness, rate = 0.05, 0.1, 2.0, 50
-    random, time = np.random.default_rng(seed), np.arange(2000) / rate
-    turns, phases = 2 * np.pi * np.linspace(0.1, 2.5, 25), random.uniform(0, 2 * np.pi, 25)
-    torque = np.cos(np.outer(time, turns) + phases).sum(axis=1) / 5
-    held = StateSpace([[0, 1], [-stiffness / inertia, -damping / inertia]], [[0], [1 / inertia]], [[1, 0]], [[0]])
-    _, angle, _ = dlsim(held.to_discrete(1 / rate, "zoh"), np.concatenate([np.zeros(delay), torque])[: len(time)])
-    angle = angle[:, 0] + 1e-3 * np.std(angle) * random.standard_normal(len(time))
+    random, rate = np.random.default_rng(seed), 50
+    time = np.arange(2000) / rate
+    torque = smooth_torque(time, random)
+    _, angle, _ = dlsim(JOINT.to_discrete(1 / rate, "zoh"), np.concatenate([np.zeros(delay), torque])[: len(time)])
+    angle = with_noise(angle[:, 0], random)
     return Recording(f"run_{seed}", time, {"torque": torque, "angle": angle}, {"torque": "N.m", "angle": "rad"})
 
 
@@ -95,15 +98,38 @@ def test_the_part_of_a_delay_that_may_be_that_of_the_hold_is_said(monkeypatch):
     assert delay == pytest.approx(0.06 + 0.01 * said, abs=1e-3)  # s, three samples
 
 
-def test_an_interpolation_with_which_a_model_cannot_be_simulated_is_left_out(monkeypatch):
-    """Beside a hysteresis the simulation with another one diverged, and the command ended in an error."""
+def smooth_fit() -> Fit:
+    """The base fitted to a held command that is taken as smooth."""
     run = sampled_command(1)
     experiment = input_output_experiment(mf.mechanism("driven_joint"), list(run.columns))
     model = FreeInitialStateModel(experiment)
-    found = fit(model, [prepare_sampled_run(run, experiment)], model.start())
+    return fit(model, [prepare_sampled_run(run, experiment)], model.start())
+
+
+def test_an_interpolation_with_which_a_model_cannot_be_simulated_is_left_out(monkeypatch):
+    """Beside a hysteresis the simulation with another one diverged, and the command ended in an error."""
+    found = smooth_fit()
 
     def diverges(model, runs, x):
         raise InputError("the simulation diverges")
 
     monkeypatch.setattr(fitting, "fit", diverges)
-    assert with_best_interpolation(model, found) is found
+    assert with_best_interpolation(found.model, found) is found
+
+
+def test_the_interpolation_of_an_effect_is_left_out_where_the_base_fits_worse_with_it(monkeypatch):
+    """A spline with a delay is nearly a held input: the base was fitted again with the spline, a hundred times worse."""
+    smooth = smooth_fit()
+    held = with_best_interpolation(smooth.model, smooth)
+    monkeypatch.setattr(initial_fit, "with_best_interpolation", lambda model, found: smooth)
+    assert (smooth.runs[0].kind, held.runs[0].kind) == ("smooth", "held")
+    assert in_interpolation_of(smooth, held) is None
+
+
+def test_a_base_within_the_tolerance_is_sufficient_where_nothing_is_named():
+    """In the smooth interpolation it misses the half sample by which the command is late."""
+    smooth = smooth_fit()
+    held = with_best_interpolation(smooth.model, smooth)
+    found = unless_sufficient(Verdict("unknown", held, held))
+    assert found.verdict == "none" and "within the tolerance of 1.00%" in found.withheld
+    assert unless_sufficient(Verdict("unknown", smooth, smooth)).verdict == "unknown"

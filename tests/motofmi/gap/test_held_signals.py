@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.signal import StateSpace, lsim
+from scipy.signal import lsim
 
 import motofmi as mf
 from fmus.mechanisms import DrivenJoint
@@ -10,20 +10,18 @@ from motofmi.gap.experiments.input_output import input_output_experiment
 from motofmi.gap.preprocessing.held_signals import at_rate_of_slowest, between_new_values, hold_of
 from motofmi.recordings.recording import Recording
 from tests.few_laws import only_families
+from tests.motofmi.gap.smoothly_driven_joint import JOINT, STIFFNESS, smooth_torque, with_noise
 
 RATE, HELD = 500, 10
 TIME = np.arange(8000) / RATE
-INERTIA, DAMPING, STIFFNESS = 0.05, 0.1, 2.0
 
 
 def slow_sensor(seed: int, held: int = HELD, first: int = 3, slow: str = "angle") -> Recording:
     """A joint under a smooth torque, with noise of 0.1 % on the angle; one of them is sampled at 50 Hz."""
     random = np.random.default_rng(seed)
-    turns, phases = 2 * np.pi * np.linspace(0.1, 2.5, 25), random.uniform(0, 2 * np.pi, 25)
-    torque = np.cos(np.outer(TIME, turns) + phases).sum(axis=1) / 5
-    joint = StateSpace([[0, 1], [-STIFFNESS / INERTIA, -DAMPING / INERTIA]], [[0], [1 / INERTIA]], [[1, 0]], [[0]])
-    _, angle, _ = lsim(joint, torque, TIME)
-    columns = {"torque": torque, "angle": angle + 1e-3 * np.std(angle) * random.standard_normal(len(TIME))}
+    torque = smooth_torque(TIME, random)
+    _, angle, _ = lsim(JOINT, torque, TIME)
+    columns = {"torque": torque, "angle": with_noise(angle, random)}
     last = np.maximum((np.arange(len(TIME)) - first) // held * held + first, 0)
     columns[slow] = columns[slow][last]
     return Recording(f"run_{seed}", TIME, columns, {"torque": "N.m", "angle": "rad"})

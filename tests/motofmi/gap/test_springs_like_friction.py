@@ -128,7 +128,7 @@ def driven(sign: float, seed: int, gravity: float, friction: float = 0.3, load: 
 
 
 def test_a_driven_joint_that_rotates_has_friction_and_no_spring():
-    """A spring with a distant centre had the place of the friction, since the rate rises and falls with the torque."""
+    """A spring with a distant centre took the place of friction, since the rate rises and falls with the torque."""
     only = [driven(sign, seed, 0.0) for seed, sign in enumerate((1, -1, 1, -1))]
     found = mf.find_gap(only[:2], validation=only[2:], component="driven_joint")
     (effect,) = found.effects
