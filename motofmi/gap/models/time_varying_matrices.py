@@ -83,8 +83,8 @@ def is_zero(x: Any) -> bool:
 
 
 def chain(steps: Entries, nx: int, count: int) -> np.ndarray:
-    """The band, as LAPACK stores it, of x_k+1 - steps_k x_k over `count` steps from x_0 = 0: the identity, with the
-    blocks -steps below it.
+    """The band, as LAPACK stores it, of x_k+1 - steps_k x_k over `count` steps from x_0 = 0: the blocks -steps below
+    the diagonal, which is one and not stored.
 
     steps (nx, nx) holds numbers, or arrays (count - 1,) from the second step on.
     """
@@ -92,7 +92,6 @@ def chain(steps: Entries, nx: int, count: int) -> np.ndarray:
     for first in range(0, count, CACHED):
         block = band[first : first + CACHED]
         block[...] = 0.0
-        block[:, :, 0] = 1.0
         last = min(first + CACHED, count - 1)
         for (i, j), value in steps.items():
             block[: last - first, j, nx + i - j] = -(value[first:last] if np.ndim(value) else value)
@@ -100,7 +99,7 @@ def chain(steps: Entries, nx: int, count: int) -> np.ndarray:
 
 
 def carried(band: np.ndarray, forcing: np.ndarray) -> np.ndarray:
-    """x_1 and on (count, nx, ...) with x_k+1 = steps_k x_k + forcing_k: a banded triangular system.
-    forcing may be overwritten."""
-    solution, _ = lapack.dtbtrs(band, forcing.reshape(band.shape[1], -1), uplo="L", overwrite_b=1)
+    """x_1 and on (count, nx, ...) with x_k+1 = steps_k x_k + forcing_k: a banded triangular system with a
+    unit diagonal. forcing may be overwritten."""
+    solution, _ = lapack.dtbtrs(band, forcing.reshape(band.shape[1], -1), uplo="L", diag="U", overwrite_b=1)
     return solution.reshape(forcing.shape)
