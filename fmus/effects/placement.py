@@ -64,7 +64,7 @@ def laws_at(component: Component, largest_rate: float = 1.0, inputs: Mapping[str
     found += [_at_signal(law, component, n, level, period) for n, level in levels.items() for law in at_inputs]
     found += [_at_signal(law, component, n, level, period) for n, level in readings.items() for law in at_outputs]
     found += _at_states(component, states)
-    return [effect for effect in found if _can_act(component, effect)] + [_delay(period) if other else ChannelDelay]
+    return [effect for effect in found if _can_act(component, effect)] + [delay_within(MOST_DELAY * period) if other else ChannelDelay]
 
 
 def _at_elements(component: Component, largest_rate: float) -> list[type[Effect]]:
@@ -167,11 +167,13 @@ def _placed(law: type[Effect], element: str, form: str, starts: Mapping[str, tup
     return type(law.__name__, (law,), {**own, **rows})
 
 
-def _delay(period: float) -> type[Effect]:
-    """The delay of a component that is not mechanical, which may be as slow as a tank."""
+def delay_within(longest: float) -> type[Effect]:
+    """A channel delay of at most so many seconds, or as `ChannelDelay` where that is more: that of a component that is
+    not mechanical may be as slow as a tank."""
     delay = ChannelDelay.declared["delay"]
-    longest = replace(delay, max=max(delay.max, MOST_DELAY * period))
-    return _placed(ChannelDelay, ChannelDelay.element, ChannelDelay.form, ChannelDelay.starts, delay=longest)
+    most = max(delay.max, longest)
+    row = replace(delay, min=-most, max=most)
+    return _placed(ChannelDelay, ChannelDelay.element, ChannelDelay.form, ChannelDelay.starts, delay=row)
 
 
 def _can_act(component: Component, effect: type[Effect]) -> bool:

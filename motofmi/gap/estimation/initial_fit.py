@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from fmus.effects.measuring_channel import ChannelDelay
+from fmus.effects.placement import MOST_DELAY, delay_within
 from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from fmus.support.parallel import in_turn, parallel_map
@@ -22,7 +24,7 @@ from motofmi.gap.estimation.starting_values import MAX_ITERATIONS, first_values,
 from motofmi.gap.experiments.state_rates import rates_of_states
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
 from motofmi.gap.preprocessing.flexible_noise_model import Density
-from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS, is_held, is_rough
+from motofmi.gap.preprocessing.input_interpolation import HELD, INTERPOLATIONS, is_held, is_rough
 from motofmi.gap.preprocessing.sampled_run import SampledRun, excited
 from motofmi.gap.preprocessing.segments import LEAST_LENGTH
 
@@ -36,6 +38,8 @@ GOOD = 2.0  # reduced chi-square below which no other start is tried
 SAME = 0.02  # relative difference of reduced chi-square within which two starts have reached the same minimum
 OUT_OF_REACH = 2.0  # ratio of chi-square to that of the best start above which a start that gains little is given up
 CLOSER = 0.9  # ratio of chi-square that another interpolation of the inputs must reach
+OF_HOLD = 0.5  # samples by which a held input is late
+SHIFTED = 0.1  # samples by which the misfit of a base may shift a fitted delay
 
 
 def initial_fit(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> Fit:
@@ -161,9 +165,23 @@ def with_best_interpolation(model: FreeInitialStateModel, found: Fit) -> Fit:
         lambda other: PortableFit.of(fit_or_none(model, other, found.x)), others, "fitting with other interpolations"
     )
     for portable, other in zip(fits, others, strict=True):
-        if portable is not None and portable.chi2 < CLOSER * found.chi2:
+        better = portable is not None and portable.chi2 < CLOSER * found.chi2
+        if better and not (other[0].kind == HELD and _is_delayed(model, found, portable.chi2)):
             found = portable.on(model, other)
     return found
+
+
+def _is_delayed(model: FreeInitialStateModel, found: Fit, held: float) -> bool:
+    """Whether a free delay fits clearly better than held inputs, whose chi-square is `held`, and differs from that of
+    the hold, half a sample: the output is then late for another reason."""
+    if any(effect.family == ChannelDelay.family for effect in model.effects):
+        return False
+    run, shared = found.runs[0], len(model.names)
+    delayed = model.with_added_effects(delay_within(MOST_DELAY / run.middle_frequency))
+    late = fit_or_none(delayed, found.runs, np.insert(found.x, shared, OF_HOLD / run.recording.rate))
+    if late is None or late.chi2 > CLOSER * held:
+        return False
+    return bool(abs(late.x[shared] * run.recording.rate - OF_HOLD) > SHIFTED)
 
 
 def _change_by_half_a_sample(values: np.ndarray) -> float:

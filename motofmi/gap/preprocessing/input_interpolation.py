@@ -20,7 +20,8 @@ from motofmi.recordings.resampling import quantisation_step
 from motofmi.recordings.spectra import periodogram
 
 CACHED = 32  # sets of times whose values are cached
-INTERPOLATIONS = ("smooth", "lines", "held")
+HELD = "held"
+INTERPOLATIONS = ("smooth", "lines", HELD)
 SMOOTHER = "smoother"
 NOISELESS = "noiseless"
 ABOVE_NOISE = 10.0  # ratio of power to noise power above which a motion is resolved

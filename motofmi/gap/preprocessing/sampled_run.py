@@ -18,6 +18,7 @@ from motofmi.gap.preprocessing.blocks import Blocks, blocks_of
 from motofmi.gap.preprocessing.flexible_noise_model import Density
 from motofmi.gap.preprocessing.free_decay import highest_of_motion, is_free, mean_frequency
 from motofmi.gap.preprocessing.input_interpolation import (
+    HELD,
     INTERPOLATIONS,
     NOISELESS,
     InterpolatedInputs,
@@ -125,7 +126,11 @@ class SampledRun:
         """The run with another interpolation of its inputs, of `input_interpolation.INTERPOLATIONS`."""
         if kind not in self.interpolated:
             self.interpolated[kind] = interpolated_inputs(self.recording, self.experiment, kind)
-        return replace(self, inputs=self.interpolated[kind], kind=kind, guess={})
+        # Held inputs have their corners in the middle between two samples, where a step has to end.
+        odd = self.steps_per_sample % 2 if kind == HELD else 0
+        return replace(
+            self, inputs=self.interpolated[kind], kind=kind, steps_per_sample=self.steps_per_sample + odd, guess={}
+        )
 
     @cached_property
     def noiseless(self) -> "SampledRun":

@@ -9,11 +9,11 @@ from fmus.effects.measuring_channel import ChannelDelay
 from fmus.support.errors import InputError
 from motofmi.gap.criteria import Criteria
 from motofmi.gap.estimation.candidate import magnitudes_at_bounds
-from motofmi.gap.estimation.fit_result import Fit, parameters_of, sensor_offsets_of, undetermined
+from motofmi.gap.estimation.fit_result import Fit, parameters_of, places_of, sensor_offsets_of, undetermined
 from motofmi.gap.experiments.input_output import SLIDING_RATE
 from motofmi.gap.experiments.sensor_offset import sensor_offset_parameter
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
-from motofmi.gap.preprocessing.input_interpolation import INTERPOLATIONS
+from motofmi.gap.preprocessing.input_interpolation import HELD
 from motofmi.gap.selection.any_component import Investigation, sentence_on_slow_noise
 
 FLEXIBLE = ("The noise is not known (no repeated runs, no noise in rig.json): it is estimated by the residuals of a "
@@ -162,15 +162,17 @@ def _on_sensor_offsets(
 
 
 def _on_held_inputs(best: Fit) -> Iterator[str]:
-    """The part of a delay that is due to held inputs, where the chosen interpolation is smooth or by lines."""
+    """What a fitted delay is against inputs that are held between their samples, where the chosen interpolation is
+    smooth or by lines."""
     experiment, run = best.model.experiment, best.runs[0]
-    delayed = any(effect.family == ChannelDelay.family for effect in best.model.effects)
-    if not delayed or experiment.imposed or not experiment.driven or run.kind == INTERPOLATIONS[-1]:
+    delay = next((effect for effect in best.model.effects if issubclass(effect, ChannelDelay)), None)
+    if delay is None or experiment.imposed or not experiment.driven or run.kind == HELD:
         return
-    interval, inputs = 1 / run.recording.rate, " and ".join(experiment.driven)
+    half, inputs = 0.5 / run.recording.rate, " and ".join(experiment.driven)
+    (place,) = places_of(best, delay, ("delay",))
     yield (
-        f"The delay is against {inputs} interpolated between its samples. If a controller holds it there, half a sampling "
-        f"interval ({interval / 2:.3g} s) of the delay is due to the hold."
+        f"The delay is against {inputs} interpolated between its samples. If a controller holds it there, the delay is "
+        f"{best.x[place] - half:.3g} s, half a sampling interval ({half:.3g} s) less."
     )
 
 
