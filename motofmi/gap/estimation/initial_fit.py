@@ -165,8 +165,9 @@ def with_best_interpolation(model: FreeInitialStateModel, found: Fit) -> Fit:
         lambda other: PortableFit.of(fit_or_none(model, other, found.x)), others, "fitting with other interpolations"
     )
     for portable, other in zip(fits, others, strict=True):
-        better = portable is not None and portable.chi2 < CLOSER * found.chi2
-        if better and not (other[0].kind == HELD and _is_delayed(model, found, portable.chi2)):
+        if portable is None or portable.chi2 >= CLOSER * found.chi2:
+            continue
+        if not (other[0].kind == HELD and _is_delayed(model, found, portable.chi2)):
             found = portable.on(model, other)
     return found
 

@@ -154,11 +154,13 @@ class InitialStateModel(SegmentedModel):
 
         Raises InputError where one cannot be simulated.
         """
-        restarted = [i for i in range(len(run.segments)) if i not in found or found[i].misfit > usual[i]]
-        lost = [i for i in restarted if i not in found][:1]
-        # One segment that cannot be simulated is enough for an error: the others are not restarted then.
-        for some in (lost, [i for i in restarted if i not in lost]):
-            for i, extended in self._segments(run, values, self._extended(run, some, values)).items():
+        lost = [i for i in range(len(run.segments)) if i not in found]
+        inaccurate = [i for i, solution in found.items() if solution.misfit > usual[i]]
+        # One segment that cannot be simulated is enough for an error: the others are not restarted then. Those that are
+        # found already do not need a simulation piece by piece, which may take a hundred times as long.
+        for some in (lost[:1], lost[1:], inaccurate):
+            estimated = self._extended(run, some, values, in_pieces=some is not inaccurate)
+            for i, extended in self._segments(run, values, estimated).items():
                 found[i] = extended if i not in found or extended.misfit < found[i].misfit else found[i]
             self._complete(some, run, found)
 
@@ -166,7 +168,9 @@ class InitialStateModel(SegmentedModel):
         """The initial states (nx,) of every segment where the component is at rest."""
         return dict.fromkeys(range(len(run.segments)), self._start_values)
 
-    def _extended(self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float]) -> dict[int, np.ndarray]:
+    def _extended(
+        self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float], in_pieces: bool
+    ) -> dict[int, np.ndarray]:
         """Initial states estimated from a segment's first samples, then from one period, then from several.
 
         Over a segment of an unstable motion an error of the first estimate grows so much that the motion may be
@@ -180,7 +184,9 @@ class InitialStateModel(SegmentedModel):
         while self.equations.states and (longer := [i for i in x if length < run.segments[i][1] - run.segments[i][0]]):
             for _ in range(EXTENSION_STEPS):
                 extended = {}
-                for together, made, nodes in self.simulated_apart(run, longer, values, x, length):
+                for together, made, nodes in self.simulated_apart(
+                    run, longer, values, x, length, in_pieces=in_pieces
+                ):
                     for i, where in zip(together, nodes.samples, strict=True):
                         first = run.segments[i][0]
                         # there are slopes by initial states wherever there are states

@@ -63,11 +63,12 @@ class SegmentedModel(HarmonicModel):
 
     def simulated(
         self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float], initial: Initial, length: int = 0,
-        accuracy: float = CONVERGED, held: int = 0,
+        accuracy: float = CONVERGED, held: int = 0, in_pieces: bool = True,
     ) -> tuple[Trajectory, Nodes]:  # fmt: skip
         """Segments, or their first `length` samples, simulated from initial states; at every node.
 
-        accuracy and held are those of `simulate`.
+        accuracy and held are those of `simulate`. A single segment that does not converge as a whole is simulated
+        piece by piece, if `in_pieces`.
 
         Raises InputError where one of several cannot be simulated with the others, or a single one neither from its
         last simulation nor, without one, piece by piece. A fit then takes a shorter step.
@@ -84,7 +85,7 @@ class SegmentedModel(HarmonicModel):
                 self.equations, values, motion, guess, begin, with_initial=True, accuracy=accuracy, held=held
             )
         except InputError:
-            if len(indices) > 1 or (not length and "states" in run.guess.get(indices[0], {})):
+            if len(indices) > 1 or not in_pieces or (not length and "states" in run.guess.get(indices[0], {})):
                 raise
             guess = self._piecewise(values, motion, begin[0], accuracy)
             made = simulate(self.equations, values, motion, guess, begin, with_initial=True, accuracy=accuracy)
@@ -93,8 +94,10 @@ class SegmentedModel(HarmonicModel):
                 run.guess.setdefault(i, {})["states"] = dict(zip(states, made.states[a:b].T.copy(), strict=True))
         return made, nodes
 
-    def simulated_apart(self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float], initial: Initial,
-                        length: int = 0, held: int = 0) -> Iterator[tuple[Sequence[int], Trajectory, Nodes]]:  # fmt: skip
+    def simulated_apart(
+        self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float], initial: Initial, length: int = 0,
+        held: int = 0, in_pieces: bool = True,
+    ) -> Iterator[tuple[Sequence[int], Trajectory, Nodes]]:  # fmt: skip
         """Segments simulated together where possible, else those that diverge without the others, and in halves where
         all do; those that cannot be simulated alone are left out.
 
@@ -104,11 +107,13 @@ class SegmentedModel(HarmonicModel):
         if not indices:
             return
         try:
-            yield indices, *self.simulated(run, indices, values, initial, length, held=held)
+            yield indices, *self.simulated(run, indices, values, initial, length, held=held, in_pieces=in_pieces)
         except DivergenceError as error:
             diverging = [indices[k] for k in error.pieces]
             others, middle = [i for i in indices if i not in diverging], len(indices) // 2
-            apart = partial(self.simulated_apart, run, values=values, initial=initial, length=length, held=held)
+            apart = partial(
+                self.simulated_apart, run, values=values, initial=initial, length=length, held=held, in_pieces=in_pieces
+            )
             if len(indices) < MANY_PIECES:
                 halves = (indices[:middle], indices[middle:]) if middle else ()
                 yield from chain.from_iterable(map(apart, (others, diverging) if others and diverging else halves))

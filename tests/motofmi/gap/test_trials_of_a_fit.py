@@ -13,9 +13,9 @@ from motofmi.gap.preprocessing.sampled_run_preparation import prepare_sampled_ru
 from tests.simulators.hidden_joint import joint_run
 
 
-def joint():
+def joint(duration=6.0):
     """A run of a driven joint without a hidden effect, and the model of its base."""
-    recording = joint_run({}, duration=6.0)
+    recording = joint_run({}, duration=duration)
     test = input_output_experiment(DrivenJoint(), list(recording.columns))
     return prepare_sampled_run(recording, test), FreeInitialStateModel(test)
 
@@ -26,7 +26,9 @@ def test_a_trial_of_a_fit_does_not_search_for_initial_states_again(monkeypatch):
     far = known + np.log(4.0) * np.array([name == "stiffness" for name in model.names])  # another resonance
     searched, extended = [], FreeInitialStateModel._extended
     monkeypatch.setattr(
-        FreeInitialStateModel, "_extended", lambda *given: searched.extend(given[2]) or extended(*given)
+        FreeInitialStateModel,
+        "_extended",
+        lambda *given, **options: searched.extend(given[2]) or extended(*given, **options),
     )
     model.reduced(run, known)
     before = len(searched)  # its segments, none of which has been simulated
@@ -101,3 +103,18 @@ def test_the_next_simulation_begins_at_the_predicted_states(monkeypatch):
     # The first guess has the states of another stiffness. After a change of the initial states alone the prediction is
     # exact, since the component is linear.
     assert len(deviations) > 1 and deviations[0] > 1e-2 and max(deviations[1:]) < 1e-9
+
+
+def test_segments_that_are_simulated_as_a_whole_are_not_simulated_piece_by_piece(monkeypatch):
+    """With an inaccurate hysteresis beside friction their initial states are estimated again. Pieces of their first
+    samples, down to single steps, took 6 s."""
+    run, base = joint(20.0)
+    known = fit(base, [run], base.start()).of_run(0)
+    forms = (("hysteresis", "dahl"), ("coulomb_friction", "soft"))
+    effects = [e for form in forms for e in laws_at(base.component) if (e.family, e.form) == form]
+    model = base.with_added_effects(*effects)
+    model.reduced(run, np.append(known, [1e-4, 0.004, 1e-4, 0.02]))  # N.m, rad, N.m, rad/s
+    simulations, simulated = [], segmented.simulate
+    monkeypatch.setattr(segmented, "simulate", lambda *given, **o: simulations.append(1) or simulated(*given, **o))
+    model.reduced(run, np.append(known, [0.17, 0.004, 0.3, 0.02]))
+    assert len(simulations) < 50  # 20; with pieces 198

@@ -66,7 +66,11 @@ def test_initial_states_on_validation_runs_are_first_those_of_the_leading_model(
     blocks, leading, blocks.validation = made[0]  # as they were before any model was compared
     found = before_after.on_validation_runs(leading, [without_guess(run) for run in blocks.validation]).fit
     searched, extended = [], InitialStateModel._extended
-    monkeypatch.setattr(InitialStateModel, "_extended", lambda *given: searched.extend(given[2]) or extended(*given))
+    monkeypatch.setattr(
+        InitialStateModel,
+        "_extended",
+        lambda *given, **options: searched.extend(given[2]) or extended(*given, **options),
+    )
     again = blocks.evaluated(leading).validated
     assert not searched
     assert again.chi2 == pytest.approx(found.chi2, rel=1e-3)  # see above
