@@ -163,6 +163,32 @@ class InitialStateModel(SegmentedModel):
             for i, extended in self._segments(run, values, estimated).items():
                 found[i] = extended if i not in found or extended.misfit < found[i].misfit else found[i]
             self._complete(some, run, found)
+        self._continue(run, values, found)
+
+    def _continue(self, run: SampledRun, values: Mapping[str, float], found: dict[int, SegmentSolution]) -> None:
+        """Segments with a far larger misfit than the others, from the states that the one before them ends with.
+
+        The motion is continuous, so that initial states which the recorded samples do not show, as those of an
+        accelerometer's mass, need not stay in a local minimum.
+        """
+        noise = run.powers_of_segments[1]
+        limit = RESTART_RATIO * np.median([solution.misfit / noise[i] for i, solution in found.items()])
+        left = [i for i, solution in found.items() if solution.misfit > limit * noise[i]]
+        while begins := {i: end for i in left if i - 1 not in left and (end := self._end(run, i - 1)) is not None}:
+            for i, continued in self._segments(run, values, begins).items():
+                found[i] = min(found[i], continued, key=lambda solution: solution.misfit)
+            # Those that remain inaccurate are no begin of others, and are not tried again.
+            left = [i for i in left if i not in begins]
+            left = [i for i in left if i - 1 not in begins or found[i - 1].misfit <= limit * noise[i - 1]]
+
+    def _end(self, run: SampledRun, index: int) -> np.ndarray | None:
+        """The states (nx,) a sample after the end of a segment, by the last change of its last simulation; None where the
+        next segment does not begin there."""
+        states, known = self.equations.states, run.guess.get(index, {}).get("states", {})
+        if index < 0 or not states or run.segments[index][1] != run.segments[index + 1][0] or not {*states} <= {*known}:
+            return None
+        ends = np.array([known[n][[-1, -1 - run.steps_per_sample]] for n in states])
+        return 2 * ends[:, 0] - ends[:, 1]
 
     def _at_rest(self, run: SampledRun) -> dict[int, np.ndarray]:
         """The initial states (nx,) of every segment where the component is at rest."""
