@@ -47,8 +47,9 @@ class Scope:
     def __setattr__(self, name: str, value: Any) -> None:
         variable = self._component.table.get(name)
         if variable is None or variable.role != "local":
+            returned = "; the equations return the values of outputs" if variable and variable.role == "output" else ""
             raise AttributeError(
-                f"{self._component.title} sets {name!r}, which its table does not declare as local(...)"
+                f"{self._component.title} sets {name!r}, which its table does not declare as local(...){returned}"
             )
         self.__dict__[name] = self._with_additions(name, value)
 

@@ -3,6 +3,7 @@
 import importlib
 import importlib.util
 import pkgutil
+import traceback
 from pathlib import Path
 from types import ModuleType
 
@@ -23,5 +24,12 @@ def load_module(path: str | Path) -> ModuleType:
         module = importlib.util.module_from_spec(spec)  # type: ignore[arg-type]
         spec.loader.exec_module(module)  # type: ignore[union-attr]
     except Exception as error:  # whatever a user's file may raise
-        raise InputError(f"cannot load {path}: {type(error).__name__}: {error}") from None
+        raise InputError(f"cannot load {place_in(path, error)}: {type(error).__name__}: {error}") from None
     return module
+
+
+def place_in(path: str | Path, error: Exception) -> str:
+    """A file, with the last of its lines that an exception has passed, if any: `bench.py, line 12`."""
+    file, frames = Path(path).resolve(), traceback.extract_tb(error.__traceback__)
+    lines = [frame.lineno for frame in frames if Path(frame.filename).resolve() == file]
+    return f"{path}, line {lines[-1]}" if lines else str(path)

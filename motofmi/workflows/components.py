@@ -13,13 +13,14 @@ from fmus.composition.value_files import Library, component_from, read_values
 from fmus.declaration.component import Component
 from fmus.effects import effects_in
 from fmus.effects.placement import laws_at
+from fmus.expressions.functions import NUMERIC
 from fmus.interfaces.device_effect import distinct
 from fmus.interfaces.handlebar import TORQUES
 from fmus.interfaces.roll import FLOWS
 from fmus.mechanisms import COMPONENTS as MECHANISMS
 from fmus.mechanisms import mechanisms
 from fmus.support.errors import InputError, unknown
-from fmus.support.modules import load_module
+from fmus.support.modules import load_module, place_in
 from motofmi.workflows.device_effects import device_effects
 from rider_fmu import COMPONENTS as RIDER_COMPONENTS
 from rider_fmu import riders
@@ -162,7 +163,8 @@ def every_name() -> list[str]:
 
 
 def component_class(spec: str) -> type[Component]:
-    """The class that `PATH.py:CLASS` names. Raises InputError with the classes of the file for anything else."""
+    """The class that `PATH.py:CLASS` names. Raises InputError with the classes of the file for anything else, and with
+    the line at which its equations use what does not exist."""
     path, _, title = spec.rpartition(":")
     if not path.endswith(".py"):
         raise InputError(f"{spec!r} is not PATH.py:CLASS, as in bench.py:Gearbox")
@@ -171,6 +173,11 @@ def component_class(spec: str) -> type[Component]:
     found = {c.__name__: c for c in components_of(load_module(path))}
     if title not in found:
         raise unknown(f"component in {path}", title, found)
+    made = found[title]()
+    try:
+        made.complete(made.run(made.start_values(), NUMERIC))
+    except (AttributeError, NameError, TypeError, LookupError) as error:
+        raise InputError(f"{place_in(path, error)}: {type(error).__name__}: {error}") from None
     return found[title]
 
 

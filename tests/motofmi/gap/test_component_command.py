@@ -166,3 +166,17 @@ def test_recordings_that_cannot_be_used_are_refused(tmp_path, capsys):
     write_recording(short, tmp_path / "short.csv")
     refused(str(tmp_path / "short.csv"), "--component", "driven_joint", expected="too few")
     refused(fit, "--component", str(tmp_path / "mine.py:Thing"), expected="no such file")
+
+
+@pytest.mark.parametrize("wrong, reason", [
+    ("v.shaft_angle = v.angle", "Gearbox sets 'shaft_angle', .* the equations return the values of outputs"),
+    ("v.angel", "unknown variable of Gearbox 'angel', did you mean 'angle'"),
+    ("m.bessel(v.angle)", "AttributeError: .*bessel"),
+    ("deflection", "NameError: name 'deflection' is not defined"),
+])  # fmt: skip
+def test_equations_of_a_users_own_component_that_use_what_does_not_exist_are_refused(tmp_path, wrong, reason):
+    written = OWN.replace("        return {", f"        {wrong}\n        return {{")
+    (tmp_path / "bench.py").write_text(written)
+    line = written.split(wrong)[0].count("\n") + 1
+    with pytest.raises(InputError, match=rf"bench\.py, line {line}: .*{reason}"):
+        components.component(f"{tmp_path / 'bench.py'}:Gearbox")
