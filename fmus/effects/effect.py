@@ -112,6 +112,7 @@ class Effect:
         tuple[str, ...]
     ] = ()  # starting values as shares of the largest value of the input or output at which it acts
     relative_to_period: ClassVar[tuple[str, ...]] = ()  # starting values as shares of the motion's period
+    relative_to_frequency: ClassVar[tuple[str, ...]] = ()  # starting values as multiples of the motion's frequency
     within_range: ClassVar[tuple[str, ...]] = ()  # starting values as shares of the range of the state at which it acts
     in_its_unit: ClassVar[tuple[str, ...]] = ()  # variables in the unit of the input, output or state at which it acts
     given: ClassVar[tuple[str, ...]] = ()  # parameters that the experiment sets, such as its duration

@@ -10,10 +10,10 @@ from fmus.effects.effect import Effect, adds_to
 
 
 class ChannelDelay(Effect):
-    """The output is late, or the input where the delay is negative."""
+    """The output arrives later than the input."""
 
     family, form, part = "channel_delay", "delay", "channel"
-    delay = parameter("s", "Delay of the output against the input", symbol="t_d", min=-0.2, max=0.2, start=0.0)
+    delay = parameter("s", "Delay of the output against the input", symbol="t_d", min=0, max=0.2, start=0.0)
     lags = ("delay",)
 
 

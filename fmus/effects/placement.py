@@ -31,6 +31,7 @@ from fmus.effects import (
     stiffness,
 )
 from fmus.effects.effect import Effect
+from fmus.effects.late_channel import LateChannel
 from fmus.effects.library import declared_by
 from fmus.effects.measuring_channel import ChannelDelay
 from fmus.effects.several_elements import at_several_elements
@@ -39,7 +40,11 @@ from fmus.expressions.functions import NUMERIC
 
 LAWS = [law for module in (damping, stiffness, hysteresis, drift, resonance) for law in declared_by(module)]
 EVERYWHERE = declared_by(damping)
-MOST_DELAY = 0.25  # of a component that is not mechanical, as a share of the motion's period
+# Hz, of a motion from which starting values of frequencies are in proportion to it. In a slower motion a body that
+# swings more slowly still would take the place of friction and of other errors over long times.
+LEAST_FREQUENCY = 2.0
+BEYOND = 10.0  # ratio of the upper bound of a frequency to its largest starting value
+MOST_DELAY = 0.25  # as a share of the motion's period
 
 Range = tuple[float, float]
 
@@ -60,14 +65,16 @@ def laws_at(component: Component, largest_rate: float = 1.0, inputs: Mapping[str
     other = not any(is_force(component.table[e.force].unit) for e in component.elements.values())
     at_inputs = [*declared_by(actuator), *(declared_by(input_channel) if other else [])]
     at_outputs = [*declared_by(sensor), *(declared_by(output_channel) if other else [])]
-    found = _at_elements(component, largest_rate)
+    found = _at_elements(component, largest_rate, period)
     found += [_at_signal(law, component, n, level, period) for n, level in levels.items() for law in at_inputs]
     found += [_at_signal(law, component, n, level, period) for n, level in readings.items() for law in at_outputs]
     found += _at_states(component, states)
-    return [effect for effect in found if _can_act(component, effect)] + [delay_within(MOST_DELAY * period) if other else ChannelDelay]
+    # Where a motion is imposed, the force of a damper is that of a spring with a motion that is late.
+    late = LateChannel if levels else ChannelDelay
+    return [effect for effect in found if _can_act(component, effect)] + [delay_within(MOST_DELAY * period, late)]
 
 
-def _at_elements(component: Component, largest_rate: float) -> list[type[Effect]]:
+def _at_elements(component: Component, largest_rate: float, period: float) -> list[type[Effect]]:
     found: list[type[Effect]] = []
     for law in LAWS:
         known = {law.element: law.form} if law.element in component.elements else {}
@@ -77,9 +84,12 @@ def _at_elements(component: Component, largest_rate: float) -> list[type[Effect]
                 if element.force not in forces:
                     forces.add(element.force)
                     known[name] = f"{law.form}_{name}"
-        starts = _scaled(law, dict.fromkeys(law.relative_to_rate, largest_rate))
+        scale = dict.fromkeys(law.relative_to_rate, largest_rate)
+        scale |= dict.fromkeys(law.relative_to_frequency, max(1 / period, LEAST_FREQUENCY))
+        starts = _scaled(law, scale)
+        rows = _with_bounds_beyond(law, starts)
         places = {n: form for n, form in known.items() if _suits(law, component.elements[n])}
-        at_one = [_placed(law, name, form, starts) for name, form in places.items()]
+        at_one = [_placed(law, name, form, starts, **rows) for name, form in places.items()]
         found += at_one
         if law in EVERYWHERE and len(law.magnitudes()) == 1 and not (law.both_ways or law.has_states()):
             together = dict.fromkeys((*combinations(at_one, 2), tuple(at_one)))  # every two, and all
@@ -161,19 +171,24 @@ def _scaled(law: type[Effect], scale: Mapping[str, float]) -> dict[str, tuple[fl
     return {n: tuple(s * scale.get(n, 1.0) for s in values) for n, values in law.starts.items()}
 
 
+def _with_bounds_beyond(law: type[Effect], starts: Mapping[str, tuple[float, ...]]) -> dict[str, Variable]:
+    """The frequencies of a law, with upper bounds beyond its starting values."""
+    return {n: replace(law.declared[n], max=max(law.declared[n].max, BEYOND * starts[n][-1]))
+            for n in law.relative_to_frequency}  # fmt: skip
+
+
 def _placed(law: type[Effect], element: str, form: str, starts: Mapping[str, tuple[float, ...]],
             **rows: Variable) -> type[Effect]:  # fmt: skip
     own = {"__doc__": law.__doc__, "__module__": law.__module__, "element": element, "form": form, "starts": starts}
     return type(law.__name__, (law,), {**own, **rows})
 
 
-def delay_within(longest: float) -> type[Effect]:
-    """A channel delay of at most so many seconds, or as `ChannelDelay` where that is more: that of a component that is
-    not mechanical may be as slow as a tank."""
-    delay = ChannelDelay.declared["delay"]
+def delay_within(longest: float, law: type[ChannelDelay] = LateChannel) -> type[Effect]:
+    """A delay of at most so many seconds, or as its law has it where that is more."""
+    delay = law.declared["delay"]
     most = max(delay.max, longest)
-    row = replace(delay, min=-most, max=most)
-    return _placed(ChannelDelay, ChannelDelay.element, ChannelDelay.form, ChannelDelay.starts, delay=row)
+    row = replace(delay, min=-most if delay.min < 0 else 0, max=most)
+    return _placed(law, law.element, law.form, law.starts, delay=row)
 
 
 def _can_act(component: Component, effect: type[Effect]) -> bool:

@@ -21,7 +21,8 @@ class HungBody(Effect):
     damping_ratio = parameter("1", "Damping ratio with its base fixed", symbol=r"\zeta_h", min=0.001, max=2, start=0.1)
     twist = state("rad", "Deflection of the body relative to its base", symbol=r"\psi")
     body_rate = state("rad/s", "Rate of the body", symbol="W")
-    starts: ClassVar = {"frequency": (0.6, 1.0, 1.6, 2.5, 4.0, 6.5, 10.0, 16.0), "damping_ratio": (0.05, 0.3)}
+    starts: ClassVar = {"frequency": (0.3, 0.5, 0.8, 1.25, 2.0, 3.25, 5.0, 8.0), "damping_ratio": (0.05, 0.3)}
+    relative_to_frequency: ClassVar = ("frequency",)
 
     def acceleration(self, v):
         """The acceleration W' of the body [rad/s2]."""

@@ -279,3 +279,11 @@ def test_a_damper_with_another_coefficient_in_each_direction_has_a_force_of_one_
     states, drive = np.array([0.1, rate]), np.zeros(1)
     change = joined.derivatives(states, drive)[0] - base.derivatives(states, drive)[0]
     assert change == pytest.approx([0.0, -force / 2.0], rel=1e-12)
+
+
+@pytest.mark.parametrize(("inputs", "least"), [({"force": 1.0}, -0.2), ({}, 0.0)])
+def test_an_input_may_be_late_where_it_drives_the_component(inputs, least):
+    """Of an imposed motion a delay of the motion beside a spring is a damper."""
+    (delay,) = (e for e in laws_at(MassSpringDamper(), inputs=inputs, period=0.5) if e.family == "channel_delay")
+    row = delay.declared["delay"]
+    assert (row.min, row.max) == (least, 0.2)

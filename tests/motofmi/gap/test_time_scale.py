@@ -1,0 +1,45 @@
+"""A joint with a further body at other rates of time: a name does not depend on how fast it moves.
+
+With time t = t' / r, inertias J' / r^2 and damping c' / r the motion is the same.
+"""
+
+import numpy as np
+import pytest
+from scipy.signal import StateSpace, lsim
+
+import motofmi as mf
+from motofmi.recordings.recording import Recording
+from tests.few_laws import only_families
+from tests.motofmi.gap.smoothly_driven_joint import DAMPING, INERTIA, STIFFNESS, smooth_torque, with_noise
+
+BODY, FREQUENCY, RATIO = 0.012, 0.6, 0.1  # kg.m2, Hz, 1
+OMEGA = 2 * np.pi * FREQUENCY
+# angle, rate, twist and rate of the body, whose acceleration is -OMEGA^2 twist - 2 RATIO OMEGA (body's rate - rate)
+SWING = [0, 2 * RATIO * OMEGA, -(OMEGA**2), -2 * RATIO * OMEGA]
+REACTION = np.array([-STIFFNESS, -DAMPING, 0, 0]) - BODY * np.array(SWING)
+WITH_BODY = StateSpace(
+    [[0, 1, 0, 0], REACTION / INERTIA, [0, -1, 0, 1], SWING], [[0], [1 / INERTIA], [0], [0]], [[1, 0, 0, 0]], [[0]]
+)
+
+
+def run_at(rate: float, seed: int) -> Recording:
+    """100 s of a smooth torque at 20 Hz, in time divided by a rate."""
+    random, fine = np.random.default_rng(seed), np.arange(0.0, 100.0, 0.005)
+    torque = smooth_torque(fine, random)
+    _, angle, _ = lsim(WITH_BODY, torque, fine)
+    columns = {"torque": torque[::10], "angle": with_noise(angle[::10], random)}
+    return Recording(f"run_{seed}", fine[::10] / rate, columns, {"torque": "N.m", "angle": "rad"})
+
+
+@pytest.mark.parametrize("rate", [1.0, 50.0, 1000.0])
+def test_a_further_body_is_named_at_any_rate_of_time(rate, monkeypatch):
+    """Starting values of frequencies were those of arms, from 0.6 Hz to 16 Hz."""
+    only_families(monkeypatch, ("extra_mode", "hysteresis", "channel_delay", "coulomb_friction"))
+    joint = mf.mechanism("driven_joint", inertia=INERTIA / rate**2, damping=DAMPING / rate, stiffness=STIFFNESS)
+    found = mf.find_gap(run_at(rate, 1), validation=run_at(rate, 2), component=joint)
+    (effect,) = found.effects
+    assert effect["name"] == "extra_mode"
+    frequency, inertia = (effect["parameters"][name] for name in ("frequency", "inertia"))
+    assert frequency["value"] == pytest.approx(rate * FREQUENCY, abs=4 * frequency["standard_error"])
+    assert inertia["value"] == pytest.approx(BODY / rate**2, abs=4 * inertia["standard_error"])
+    assert frequency["standard_error"] < 0.01 * rate * FREQUENCY
