@@ -1,6 +1,7 @@
 """Co-simulation from Python: the same physics as the command line, and as one coupled linear system; one FMU by itself."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -165,4 +166,4 @@ def test_building_the_fmus_of_a_run_shows_progress(tmp_path, monkeypatch, capsys
     monkeypatch.setenv("MOTOFMI_CACHE", str(tmp_path))  # nothing is built yet
     monkeypatch.setattr(progress, "SECONDS", 0.1)
     mf.cosimulate("sharp_1971", "damper:7.5", speed=SPEED, duration=0.01)
-    assert "building the FMUs after 0 s\n" in capsys.readouterr().err
+    assert re.search(r"building the FMUs after \d+ s\n", capsys.readouterr().err)
