@@ -105,14 +105,12 @@ class Effect:
     at_most_of_rate: ClassVar[Mapping[str, float]] = {}  # upper bounds, as shares of the largest rate
     # lower bounds of rates over the sliding rate of dry friction that the experiment sets
     at_least_sliding: ClassVar[Mapping[str, float]] = {}
-    relative_to_rate: ClassVar[
-        tuple[str, ...]
-    ] = ()  # starting values as shares of the largest rate, at elements of generic components
-    relative_to_level: ClassVar[
-        tuple[str, ...]
-    ] = ()  # starting values as shares of the largest value of the input or output at which it acts
-    relative_to_period: ClassVar[tuple[str, ...]] = ()  # starting values as shares of the motion's period
-    relative_to_frequency: ClassVar[tuple[str, ...]] = ()  # starting values as multiples of the motion's frequency
+    # Parameters whose starting values are in proportion, at elements of generic components to the largest rate, at an
+    # input or output to its largest value, and to the period or the frequency of the motion.
+    relative_to_rate: ClassVar[tuple[str, ...]] = ()
+    relative_to_level: ClassVar[tuple[str, ...]] = ()
+    relative_to_period: ClassVar[tuple[str, ...]] = ()
+    relative_to_frequency: ClassVar[tuple[str, ...]] = ()
     within_range: ClassVar[tuple[str, ...]] = ()  # starting values as shares of the range of the state at which it acts
     in_its_unit: ClassVar[tuple[str, ...]] = ()  # variables in the unit of the input, output or state at which it acts
     given: ClassVar[tuple[str, ...]] = ()  # parameters that the experiment sets, such as its duration

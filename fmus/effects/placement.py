@@ -40,8 +40,8 @@ from fmus.expressions.functions import NUMERIC
 
 LAWS = [law for module in (damping, stiffness, hysteresis, drift, resonance) for law in declared_by(module)]
 EVERYWHERE = declared_by(damping)
-# Hz, of a motion from which starting values of frequencies are in proportion to it. In a slower motion a body that
-# swings more slowly still would take the place of friction and of other errors over long times.
+# Lowest frequency [Hz] of a motion to which starting values of frequencies are scaled. With lower starting values a slow
+# further body takes the place of friction, and of other errors that grow over long times.
 LEAST_FREQUENCY = 2.0
 BEYOND = 10.0  # ratio of the upper bound of a frequency to its largest starting value
 MOST_DELAY = 0.25  # as a share of the motion's period
@@ -69,9 +69,9 @@ def laws_at(component: Component, largest_rate: float = 1.0, inputs: Mapping[str
     found += [_at_signal(law, component, n, level, period) for n, level in levels.items() for law in at_inputs]
     found += [_at_signal(law, component, n, level, period) for n, level in readings.items() for law in at_outputs]
     found += _at_states(component, states)
-    # Where a motion is imposed, the force of a damper is that of a spring with a motion that is late.
-    late = LateChannel if levels else ChannelDelay
-    return [effect for effect in found if _can_act(component, effect)] + [delay_within(MOST_DELAY * period, late)]
+    # Where a motion is imposed, a spring whose deflection is recorded late has the force of a spring and a damper.
+    late = delay_in_motion(period, LateChannel if levels else ChannelDelay)
+    return [*(effect for effect in found if _can_act(component, effect)), late]
 
 
 def _at_elements(component: Component, largest_rate: float, period: float) -> list[type[Effect]]:
@@ -183,12 +183,11 @@ def _placed(law: type[Effect], element: str, form: str, starts: Mapping[str, tup
     return type(law.__name__, (law,), {**own, **rows})
 
 
-def delay_within(longest: float, law: type[ChannelDelay] = LateChannel) -> type[Effect]:
-    """A delay of at most so many seconds, or as its law has it where that is more."""
-    delay = law.declared["delay"]
-    most = max(delay.max, longest)
-    row = replace(delay, min=-most if delay.min < 0 else 0, max=most)
-    return _placed(law, law.element, law.form, law.starts, delay=row)
+def delay_in_motion(period: float, law: type[ChannelDelay] = LateChannel) -> type[Effect]:
+    """A delay of at most `MOST_DELAY` of the motion's period [s], or as its law has it where that is more."""
+    row = law.declared["delay"]
+    most = max(row.max, MOST_DELAY * period)
+    return _placed(law, law.element, law.form, law.starts, delay=replace(row, min=-most if row.min < 0 else 0, max=most))
 
 
 def _can_act(component: Component, effect: type[Effect]) -> bool:

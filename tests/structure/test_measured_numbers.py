@@ -65,6 +65,7 @@ GIVEN = {
         "0.01 %",  # narrowest transition of dry friction
         *("0.125", "0.05", "15 s", "10 s", "0.01"),  # inertia of a bar, errors of data, parts of runs, factors of a search
         *("10 %", "0.4"),  # what is a step response
+        *("0.3", "8 times"),  # the range of starting values of a frequency
     },
     "glossary.md": {"0.5", "63 %", "95 %"},  # definitions
     "hosts.md": {"0.6", "1 ms", "0.5", "0.01", "0.2", "1.5", "1e-4", "1e-3"},  # settings of the hosts

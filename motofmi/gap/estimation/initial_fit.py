@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from fmus.effects.measuring_channel import ChannelDelay
-from fmus.effects.placement import MOST_DELAY, delay_within
+from fmus.effects.placement import delay_in_motion
 from fmus.support.deadline import time_is_up
 from fmus.support.errors import InputError
 from fmus.support.parallel import in_turn, parallel_map
@@ -38,8 +38,8 @@ GOOD = 2.0  # reduced chi-square below which no other start is tried
 SAME = 0.02  # relative difference of reduced chi-square within which two starts have reached the same minimum
 OUT_OF_REACH = 2.0  # ratio of chi-square to that of the best start above which a start that gains little is given up
 CLOSER = 0.9  # ratio of chi-square that another interpolation of the inputs must reach
-OF_HOLD = 0.5  # samples by which a held input is late
-SHIFTED = 0.1  # samples by which the misfit of a base may shift a fitted delay
+HOLD_DELAY = 0.5  # samples by which a held input is late
+DELAY_ERROR = 0.1  # samples by which the misfit of a base may change a fitted delay
 
 
 def initial_fit(model: FreeInitialStateModel, runs: Sequence[SampledRun]) -> Fit:
@@ -173,16 +173,16 @@ def with_best_interpolation(model: FreeInitialStateModel, found: Fit) -> Fit:
 
 
 def _is_delayed(model: FreeInitialStateModel, found: Fit, held: float) -> bool:
-    """Whether a free delay fits clearly better than held inputs, whose chi-square is `held`, and differs from that of
-    the hold, half a sample: the output is then late for another reason."""
+    """Whether the output is late for another reason than held inputs, whose chi-square is `held`: a free delay fits
+    clearly better, and is not the half sample of a hold."""
     if any(effect.family == ChannelDelay.family for effect in model.effects):
         return False
     run, shared = found.runs[0], len(model.names)
-    delayed = model.with_added_effects(delay_within(MOST_DELAY / run.middle_frequency))
-    late = fit_or_none(delayed, found.runs, np.insert(found.x, shared, OF_HOLD / run.recording.rate))
+    delayed = model.with_added_effects(delay_in_motion(1 / run.middle_frequency))
+    late = fit_or_none(delayed, found.runs, np.insert(found.x, shared, HOLD_DELAY / run.recording.rate))
     if late is None or late.chi2 > CLOSER * held:
         return False
-    return bool(abs(late.x[shared] * run.recording.rate - OF_HOLD) > SHIFTED)
+    return bool(abs(late.x[shared] * run.recording.rate - HOLD_DELAY) > DELAY_ERROR)
 
 
 def _change_by_half_a_sample(values: np.ndarray) -> float:

@@ -166,29 +166,29 @@ class InitialStateModel(SegmentedModel):
         self._continue(run, values, found)
 
     def _continue(self, run: SampledRun, values: Mapping[str, float], found: dict[int, SegmentSolution]) -> None:
-        """Segments with a far larger misfit than the others, from the states that the one before them ends with.
+        """Simulate segments with a far larger misfit than the others from the final states of the segment before.
 
-        The motion is continuous, so that initial states which the recorded samples do not show, as those of an
-        accelerometer's mass, need not stay in a local minimum.
+        The motion is continuous: initial states that the samples do not show, as the position of a mass with an
+        accelerometer, need not stay in a local minimum.
         """
         noise = run.powers_of_segments[1]
         limit = RESTART_RATIO * np.median([solution.misfit / noise[i] for i, solution in found.items()])
-        left = [i for i, solution in found.items() if solution.misfit > limit * noise[i]]
-        while begins := {i: end for i in left if i - 1 not in left and (end := self._end(run, i - 1)) is not None}:
-            for i, continued in self._segments(run, values, begins).items():
-                found[i] = min(found[i], continued, key=lambda solution: solution.misfit)
-            # Those that remain inaccurate are no begin of others, and are not tried again.
-            left = [i for i in left if i not in begins]
-            left = [i for i in left if i - 1 not in begins or found[i - 1].misfit <= limit * noise[i - 1]]
+        accurate = {i for i, solution in found.items() if solution.misfit <= limit * noise[i]}
+        for i in sorted(found.keys() - accurate):
+            begin = self._end(run, i - 1) if i - 1 in accurate else None
+            if begin is not None:
+                again = self._segments(run, values, {i: begin}).values()
+                found[i] = min([found[i], *again], key=lambda solution: solution.misfit)
+                accurate |= {i} if found[i].misfit <= limit * noise[i] else set()
 
     def _end(self, run: SampledRun, index: int) -> np.ndarray | None:
-        """The states (nx,) a sample after the end of a segment, by the last change of its last simulation; None where the
+        """The states (nx,) at the first sample after a segment, extrapolated from its last two samples; None where the
         next segment does not begin there."""
         states, known = self.equations.states, run.guess.get(index, {}).get("states", {})
-        if index < 0 or not states or run.segments[index][1] != run.segments[index + 1][0] or not {*states} <= {*known}:
+        if not states or run.segments[index][1] != run.segments[index + 1][0] or not {*states} <= {*known}:
             return None
-        ends = np.array([known[n][[-1, -1 - run.steps_per_sample]] for n in states])
-        return 2 * ends[:, 0] - ends[:, 1]
+        last, before = (np.array([known[n][place] for n in states]) for place in (-1, -1 - run.steps_per_sample))
+        return 2 * last - before
 
     def _at_rest(self, run: SampledRun) -> dict[int, np.ndarray]:
         """The initial states (nx,) of every segment where the component is at rest."""

@@ -281,9 +281,10 @@ def test_a_damper_with_another_coefficient_in_each_direction_has_a_force_of_one_
     assert change == pytest.approx([0.0, -force / 2.0], rel=1e-12)
 
 
-@pytest.mark.parametrize(("inputs", "least"), [({"force": 1.0}, -0.2), ({}, 0.0)])
-def test_an_input_may_be_late_where_it_drives_the_component(inputs, least):
-    """Of an imposed motion a delay of the motion beside a spring is a damper."""
-    (delay,) = (e for e in laws_at(MassSpringDamper(), inputs=inputs, period=0.5) if e.family == "channel_delay")
+@pytest.mark.parametrize(("period", "longest"), [(0.5, 0.2), (10.0, 2.5)])
+@pytest.mark.parametrize(("inputs", "sign"), [({"force": 1.0}, -1), ({}, 0)])
+def test_a_delay_is_in_proportion_to_a_slow_motion_and_negative_where_an_input_drives_it(inputs, sign, period, longest):
+    """Where a motion is imposed, a spring whose deflection is recorded late has the force of a spring and a damper."""
+    (delay,) = (e for e in laws_at(MassSpringDamper(), inputs=inputs, period=period) if e.family == "channel_delay")
     row = delay.declared["delay"]
-    assert (row.min, row.max) == (least, 0.2)
+    assert (row.min, row.max) == (sign * longest, longest)

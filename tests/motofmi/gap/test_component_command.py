@@ -180,3 +180,10 @@ def test_equations_of_a_users_own_component_that_use_what_does_not_exist_are_ref
     line = written.split(wrong)[0].count("\n") + 1
     with pytest.raises(InputError, match=rf"bench\.py, line {line}: .*{reason}"):
         components.component(f"{tmp_path / 'bench.py'}:Gearbox")
+
+
+def test_a_file_that_cannot_be_loaded_is_refused_with_its_line(tmp_path):
+    (tmp_path / "bench.py").write_text(OWN + "\nSPARE = Gearbo()\n")
+    line = OWN.count("\n") + 2
+    with pytest.raises(InputError, match=rf"cannot load .*bench\.py, line {line}: NameError: .*Gearbo"):
+        components.component(f"{tmp_path / 'bench.py'}:Gearbox")

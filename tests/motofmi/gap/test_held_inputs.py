@@ -3,7 +3,6 @@
 w' = K d(u) - c w,   d(u) = sign(u) max(|u| - u_0, 0):   w = w_s + (w_0 - w_s) exp(-c t),   w_s = K d(u) / c
 """
 
-
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline

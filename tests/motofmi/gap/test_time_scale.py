@@ -1,6 +1,6 @@
-"""A joint with a further body at other rates of time: a name does not depend on how fast it moves.
+"""A joint with a further body, at several scales of time: the effect named does not depend on how fast the joint moves.
 
-With time t = t' / r, inertias J' / r^2 and damping c' / r the motion is the same.
+With the time t / r, inertias J / r^2 and the damping c / r the motion is the same function of t.
 """
 
 import numpy as np
@@ -23,7 +23,7 @@ WITH_BODY = StateSpace(
 
 
 def run_at(rate: float, seed: int) -> Recording:
-    """100 s of a smooth torque at 20 Hz, in time divided by a rate."""
+    """A smooth torque of 100 s, sampled at 20 Hz; the time is divided by `rate`."""
     random, fine = np.random.default_rng(seed), np.arange(0.0, 100.0, 0.005)
     torque = smooth_torque(fine, random)
     _, angle, _ = lsim(WITH_BODY, torque, fine)
@@ -32,8 +32,8 @@ def run_at(rate: float, seed: int) -> Recording:
 
 
 @pytest.mark.parametrize("rate", [1.0, 50.0, 1000.0])
-def test_a_further_body_is_named_at_any_rate_of_time(rate, monkeypatch):
-    """Starting values of frequencies were those of arms, from 0.6 Hz to 16 Hz."""
+def test_a_further_body_is_named_at_any_scale_of_time(rate, monkeypatch):
+    """With starting values of 0.6 Hz to 16 Hz at all scales, a delay was named at 600 Hz."""
     only_families(monkeypatch, ("extra_mode", "hysteresis", "channel_delay", "coulomb_friction"))
     joint = mf.mechanism("driven_joint", inertia=INERTIA / rate**2, damping=DAMPING / rate, stiffness=STIFFNESS)
     found = mf.find_gap(run_at(rate, 1), validation=run_at(rate, 2), component=joint)

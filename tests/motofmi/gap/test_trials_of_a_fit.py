@@ -106,8 +106,8 @@ def test_the_next_simulation_begins_at_the_predicted_states(monkeypatch):
 
 
 def test_segments_that_are_simulated_as_a_whole_are_not_simulated_piece_by_piece(monkeypatch):
-    """With an inaccurate hysteresis beside friction their initial states are estimated again. Pieces of their first
-    samples, down to single steps, took 6 s."""
+    """With inaccurate values of a hysteresis and of friction their initial states are estimated again. Simulating their
+    first samples piece by piece, down to single steps, took 6 s."""
     run, base = joint(20.0)
     known = fit(base, [run], base.start()).of_run(0)
     forms = (("hysteresis", "dahl"), ("coulomb_friction", "soft"))
