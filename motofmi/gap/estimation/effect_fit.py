@@ -20,6 +20,7 @@ from motofmi.gap.models.any_model import AnyModel
 PROMISED = 0.5  # share of the screened gain (all of it where the base fits badly) below which further starts are tried
 SMALLER = 0.2  # factor on the magnitude of an effect for a second start
 OUT_OF_REACH = 4.0  # ratio of chi-square to the one to be reached above which no further start is tried
+FAR_START = 1e4  # ratio of chi-square to that without the effect above which a start is not used: it rarely converges
 
 
 def fit_each(found: Fit, signatures: Sequence[Signature], so_far: Sequence[Candidate], beat: float,
@@ -49,7 +50,8 @@ def fit_from_further_starts(found: Fit, signatures: Sequence[Signature], beat: f
         model = found.model.with_added_effects(signature.effect)
         start, guesses, _ = next(_starts(found, model, signature, [], False))
         with suppress(InputError):  # this start cannot be simulated
-            return PortableFit.of(fit(model, with_initial_guesses(found.runs, guesses), start, beat=beat))
+            runs = with_initial_guesses(found.runs, guesses)
+            return PortableFit.of(fit(model, runs, start, beat=beat, most=_most(found, beat)))
         return None
 
     portable_fits = parallel_map(portable_fit, signatures, "fitting effects")
@@ -117,6 +119,7 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
                 with_initial_guesses(found.runs, kept),
                 start,
                 beat=beat if best is None else min(beat, best.chi2),
+                most=_most(found, beat),
             )
         except InputError:  # this start cannot be simulated
             continue
@@ -133,6 +136,11 @@ def _best_fit(found: Fit, signature: Signature, beat: float, known: Sequence[Fit
         with suppress(InputError):
             best = fit(model, found.runs, _without_effect(found, model, signature), beat=beat)
     return best
+
+
+def _most(found: Fit, beat: float) -> float:
+    """The largest chi-square of a start of an effect that has to reach `beat`."""
+    return FAR_START * found.chi2 if np.isfinite(beat) else np.inf
 
 
 def _starts(

@@ -71,11 +71,13 @@ def shape_at_bound(found: Fit) -> tuple[str, str] | None:
 
 
 def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequence[int] = (),
-        iterations: int = ITERATIONS, gain: float = ENOUGH, beat: float = np.inf) -> Fit:  # fmt: skip
+        iterations: int = ITERATIONS, gain: float = ENOUGH, beat: float = np.inf,
+        most: float = np.inf) -> Fit:  # fmt: skip
     """The fit from a start: the model's vector, or the whole vector x with the deviations of each run.
 
     Parameters in `frozen` (indices) keep their start values. A fit that cannot reach the chi-square `beat` within some
-    steps is ended early. Raises InputError where the start cannot be simulated.
+    steps is ended early, and one whose start has a chi-square above `most` is not begun. Raises InputError where the
+    start cannot be simulated.
     """
     runs = with_initial_guesses(runs, initial_guesses(runs))
     total = len(model.names) + len(runs) * len(run_to_run_deviations(model.experiment))
@@ -84,10 +86,12 @@ def fit(model: AnyModel, runs: Sequence[AnyRun], start: np.ndarray, frozen: Sequ
     free = np.setdiff1d(np.arange(total), np.asarray(list(frozen), int))
     x[free] = np.clip(x[free], low[free], high[free])
     problem = _Problem(model, runs, total)
-    found = levenberg_marquardt(problem, x, (low, high), free, lambda x: _reach(model, x), gain, beat, iterations)
+    solved = levenberg_marquardt(
+        problem, x, (low, high), free, lambda x: _reach(model, x), gain, beat, most, iterations
+    )
     # From the initial states of a rejected x the best one may diverge.
     count = sum(len(run.data) for run in runs)
-    return Fit(model, problem.best_runs, found.x, found.chi2, found.residuals, found.jacobian, count)
+    return Fit(model, problem.best_runs, solved.x, solved.chi2, solved.residuals, solved.jacobian, count)
 
 
 def one_step(model: AnyModel, runs: Sequence[AnyRun], x: np.ndarray) -> float:

@@ -4,8 +4,9 @@
 
 mu grows by 6 when a step fails and shrinks by 10 when chi2 falls as the linear model predicts. Parameters at a
 bound are left out of a step if the gradient points outwards. Unlike scipy.optimize.least_squares, the caller gives the
-largest step of each parameter (`reach`), the least significant change of chi2 (`gain`), and the chi2 of a rival that
-the fit has to reach (`beat`). docs/decisions/least_squares.md has the measured comparison.
+largest step of each parameter (`reach`), the least significant change of chi2 (`gain`), the chi2 of a rival that the
+fit has to reach (`beat`), and the largest chi2 of a start (`most`). docs/decisions/least_squares.md has the measured
+comparison.
 
 Source: Marquardt, J. SIAM 11 (1963) 431-441; Madsen, Nielsen, Tingleff, Methods for Non-Linear Least
 Squares Problems (2004).
@@ -22,7 +23,6 @@ from fmus.support.errors import InputError
 
 COARSE = 1e-3  # share of chi2: the least significant change while a fit is far from the data
 REMAINING_STEPS = 20.0  # steps with the gain of the next one within which a fit must be able to reach `beat`
-FAR_START = 1e8  # ratio of chi2 to `beat` above which a fit is not begun: it rarely converges
 TRIES = 8  # attempts at a step, with growing mu
 # A simulation that diverges does not say how far the linear model holds: the step becomes much shorter at once, with mu
 # at least the first and growing by the second, and after so many divergences the search ends.
@@ -54,18 +54,18 @@ class Solution:
 
 def levenberg_marquardt(problem: Problem, x: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], free: np.ndarray,
                         reach: Callable[[np.ndarray], np.ndarray], gain: float, beat: float,
-                        iterations: int) -> Solution:  # fmt: skip
+                        most: float, iterations: int) -> Solution:  # fmt: skip
     """The minimum of the sum of squares from x (n,) over the parameters `free` (indices).
 
     reach(x) (n,) bounds one step from x. The search ends when a step reduces chi2 by less than the share `gain`, or
-    when chi2 is so far above `beat` that the next steps cannot reach it, or at a deadline. Raises InputError where the
-    model cannot be simulated at the start.
+    when chi2 is so far above `beat` that the next steps cannot reach it, or at a deadline; it is not begun
+    where chi2 is above `most`. Raises InputError where the model cannot be simulated at the start.
     """
     low, high = bounds
     residuals, jacobian = problem.residuals(x), problem.slopes(x)
     problem.accepted()
     chi2, damping = float(residuals @ residuals), 1e-3
-    for _ in range(iterations if chi2 < FAR_START * beat else 0):
+    for _ in range(iterations if chi2 <= most else 0):
         gradient = jacobian.T @ residuals
         open_ = [
             i for i in free if not (x[i] <= low[i] and gradient[i] > 0) and not (x[i] >= high[i] and gradient[i] < 0)

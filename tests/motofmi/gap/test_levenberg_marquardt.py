@@ -38,7 +38,7 @@ class Rosenbrock:
 def found(problem):
     start, free = np.array([-1.2, 1.0]), np.array([0, 1])
     bounds = np.full(2, -np.inf), np.full(2, np.inf)
-    return levenberg_marquardt(problem, start, bounds, free, lambda x: np.full(2, 0.7), 1e-12, np.inf, 200)
+    return levenberg_marquardt(problem, start, bounds, free, lambda x: np.full(2, 0.7), 1e-12, np.inf, np.inf, 200)
 
 
 def test_the_minimum_is_found_and_the_last_accepted_point_is_the_solution():
