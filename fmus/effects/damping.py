@@ -92,7 +92,7 @@ class CoulombFriction(Effect):
     family, form, element = "coulomb_friction", "coulomb", "spring"
     friction_torque = parameter("N.m", "Force of dry friction", symbol="T_c", min=0, start=0.5)
     sliding_rate = parameter(
-        "rad/s", "Rate at which friction is nearly fully developed", symbol="s_0", min=1e-6, start=0.02
+        "rad/s", "Rate at which friction is nearly fully developed", symbol="s_0", min=1e-12, start=0.02
     )
     given: ClassVar[tuple[str, ...]] = ("sliding_rate",)
 
@@ -123,6 +123,7 @@ class LaggingFriction(SoftFriction):
     )
     following = state("1", "Friction relative to its maximum", symbol="z")
     starts: ClassVar = {"sliding_rate": (0.1, 0.4), "lag": (0.003, 0.03)}
+    times: ClassVar = ("lag",)
     initial_deviations: ClassVar = {"following": 1.0}
 
     @adds_to("der(following)")

@@ -158,6 +158,7 @@ class ViscoelasticArm(Effect):
     relaxation_time = parameter("s", "Damping over stiffness of that branch", symbol="t_m", min=1e-3, max=10, start=0.1)
     relaxed = state("rad", "Deflection of the damper in series", symbol="z")
     starts: ClassVar = {"relaxation_time": (0.01, 0.03, 0.1, 0.3)}
+    times: ClassVar = ("relaxation_time",)
 
     @adds_to("der(relaxed)")
     def flow(self, v, m):

@@ -40,7 +40,7 @@ from fmus.expressions.functions import NUMERIC
 
 LAWS = [law for module in (damping, stiffness, hysteresis, drift, resonance) for law in declared_by(module)]
 EVERYWHERE = declared_by(damping)
-# Lowest frequency [Hz] of a motion to which starting values of frequencies are scaled. With lower starting values a slow
+# Lowest frequency [Hz] of a motion to which starting values of frequencies and times are scaled. With lower starting values a slow
 # further body takes the place of friction, and of other errors that grow over long times.
 LEAST_FREQUENCY = 2.0
 BEYOND = 10.0  # ratio of the upper bound of a frequency to its largest starting value
@@ -51,10 +51,10 @@ Range = tuple[float, float]
 
 def laws_at(component: Component, largest_rate: float = 1.0, inputs: Mapping[str, float] | None = None,
             outputs: Mapping[str, float] | None = None, states: Mapping[str, Range] | None = None,
-            period: float = inf) -> list[type[Effect]]:  # fmt: skip
-    """The effects that can act on a component, with starting values scaled to the motion.
+            period: float = inf, largest: float = 1.0) -> list[type[Effect]]:  # fmt: skip
+    """The effects that can act on a component, with starting values and bounds scaled to the motion.
 
-    largest_rate is the largest rate of the elements; inputs and outputs are those with an actuator or a sensor, with
+    largest and largest_rate are the largest deflection and rate of the elements; inputs and outputs are those with an actuator or a sensor, with
     their largest values; states are those that may have further rates, with their ranges; period is that of the motion
     [s]. By default every input has an actuator, of the largest value 1, no output has a sensor, and the threshold of
     a state, a delay and the time constant of a lag have no bounds.
@@ -65,7 +65,7 @@ def laws_at(component: Component, largest_rate: float = 1.0, inputs: Mapping[str
     other = not any(is_force(component.table[e.force].unit) for e in component.elements.values())
     at_inputs = [*declared_by(actuator), *(declared_by(input_channel) if other else [])]
     at_outputs = [*declared_by(sensor), *(declared_by(output_channel) if other else [])]
-    found = _at_elements(component, largest_rate, period)
+    found = _at_elements(component, largest, largest_rate, period)
     found += [_at_signal(law, component, n, level, period) for n, level in levels.items() for law in at_inputs]
     found += [_at_signal(law, component, n, level, period) for n, level in readings.items() for law in at_outputs]
     found += _at_states(component, states)
@@ -74,7 +74,7 @@ def laws_at(component: Component, largest_rate: float = 1.0, inputs: Mapping[str
     return [*(effect for effect in found if _can_act(component, effect)), late]
 
 
-def _at_elements(component: Component, largest_rate: float, period: float) -> list[type[Effect]]:
+def _at_elements(component: Component, largest: float, largest_rate: float, period: float) -> list[type[Effect]]:
     found: list[type[Effect]] = []
     for law in LAWS:
         known = {law.element: law.form} if law.element in component.elements else {}
@@ -84,10 +84,11 @@ def _at_elements(component: Component, largest_rate: float, period: float) -> li
                 if element.force not in forces:
                     forces.add(element.force)
                     known[name] = f"{law.form}_{name}"
-        scale = dict.fromkeys(law.relative_to_rate, largest_rate)
-        scale |= dict.fromkeys(law.relative_to_frequency, max(1 / period, LEAST_FREQUENCY))
-        starts = _scaled(law, scale)
-        rows = _with_bounds_beyond(law, starts)
+        frequency, rates = max(1 / period, LEAST_FREQUENCY), dict.fromkeys(law.relative_to_rate, largest_rate)
+        times = dict.fromkeys(law.times, LEAST_FREQUENCY / frequency)
+        starts = _scaled(law, rates | times | dict.fromkeys(law.relative_to_frequency, frequency))
+        spans = rates | dict.fromkeys(law.relative, largest) | dict.fromkeys(law.times if period < inf else (), period)
+        rows = {n: _widened(law.declared[n], by) for n, by in spans.items()} | _with_bounds_beyond(law, starts)
         places = {n: form for n, form in known.items() if _suits(law, component.elements[n])}
         at_one = [_placed(law, name, form, starts, **rows) for name, form in places.items()]
         found += at_one
@@ -169,6 +170,11 @@ def _rows(law: type[Effect], unit: str, level: float) -> dict[str, Variable]:
 
 def _scaled(law: type[Effect], scale: Mapping[str, float]) -> dict[str, tuple[float, ...]]:
     return {n: tuple(s * scale.get(n, 1.0) for s in values) for n, values in law.starts.items()}
+
+
+def _widened(row: Variable, scale: float) -> Variable:
+    """A variable whose bounds include those times a scale."""
+    return replace(row, min=min(row.min, row.min * scale), max=max(row.max, row.max * scale))
 
 
 def _with_bounds_beyond(law: type[Effect], starts: Mapping[str, tuple[float, ...]]) -> dict[str, Variable]:

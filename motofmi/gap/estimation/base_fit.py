@@ -123,7 +123,7 @@ def _with_candidates(initial: Fit, noise: Mapping[str, float], library: Sequence
     motion = largest_motion(initial)
     base = _scaled(initial, motion, noise)
     experiment: Any = base.model.experiment
-    candidates, left_out = (list(library), []) if library else candidate_laws(experiment, initial, motion[1])
+    candidates, left_out = (list(library), []) if library else candidate_laws(experiment, initial)
     # Where the motion is imposed, the search itself is by equation error.
     starts = [] if experiment.imposed else equation_error_fits(base, candidates)
     return FittedBase(base, candidates, left_out, starts)

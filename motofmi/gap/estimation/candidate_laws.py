@@ -75,12 +75,10 @@ UNDRIVEN = (
 )
 
 
-def candidate_laws(
-    experiment: InputOutputExperiment, found: Fit, largest_rate: float
-) -> tuple[list[type[Effect]], list[str]]:
+def candidate_laws(experiment: InputOutputExperiment, found: Fit) -> tuple[list[type[Effect]], list[str]]:
     """The laws at the places of the component that the runs of a fit can distinguish, and the sentences on the others.
 
-    experiment holds the fitted component; largest_rate is the largest rate of its first element, in its unit.
+    experiment holds the fitted component, and the largest deflection and rate of its first element.
     """
     runs = found.runs
     inputs, outputs = _largest(runs, experiment.driven), _largest(runs, experiment.outputs)
@@ -90,7 +88,9 @@ def candidate_laws(
         del outputs[name]
     states = {} if experiment.imposed else _ranges(found)
     period = float(np.median([1 / run.middle_frequency for run in runs]))
-    library = laws_at(experiment.component, largest_rate, inputs, outputs, states, period)
+    library = laws_at(
+        experiment.component, experiment.largest_rate, inputs, outputs, states, period, experiment.largest
+    )
     if not _turns_by_a_quarter(runs):
         library = [effect for effect in library if not issubclass(effect, TurnedGravityTorque)]
     kept, sentences = _distinguishable(library, found)

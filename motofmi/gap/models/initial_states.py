@@ -33,7 +33,7 @@ SETTLED = 0.02  # gain of chi-square below which no further step is made
 # The same as a share of chi-square. The step itself is in the result already, as it is eliminated linearly: what
 # is left out is of second order.
 SHARE = 3e-5
-DELAY_STEP = 1e-4  # s, step of the finite difference by a delay
+DELAY_STEP = 0.01  # sampling intervals: step of the finite difference by a delay
 # Ratio of the misfit's power to the last one (at first: the noise), or to that at rest, above which
 # other starts are tried
 RESTART_RATIO = 10.0
@@ -187,7 +187,9 @@ class InitialStateModel(SegmentedModel):
         states, known = self.equations.states, run.guess.get(index, {}).get("states", {})
         if not states or run.segments[index][1] != run.segments[index + 1][0] or not {*states} <= {*known}:
             return None
-        last, before = (np.array([known[n][place] for n in states]) for place in (-1, -1 - run.steps_per_sample))
+        samples = run.segments[index][1] - run.segments[index][0]
+        steps = (len(known[states[0]]) - 1) // (samples - 1)
+        last, before = (np.array([known[n][place] for n in states]) for place in (-1, -1 - steps))
         return 2 * last - before
 
     def _at_rest(self, run: SampledRun) -> dict[int, np.ndarray]:
@@ -270,13 +272,13 @@ class InitialStateModel(SegmentedModel):
     ) -> dict[int, np.ndarray]:
         """The derivatives (m,) by a delay."""
         slopes: dict[int, np.ndarray] = {}
-        x = {i: begun.x for i, begun in best.items()}
-        for indices, made, nodes in self.simulated_apart(run, list(best), {**values, lag: values[lag] + DELAY_STEP}, x):
+        x, step = {i: begun.x for i, begun in best.items()}, DELAY_STEP / run.recording.rate
+        for indices, made, nodes in self.simulated_apart(run, list(best), {**values, lag: values[lag] + step}, x):
             where = dict(zip(indices, nodes.samples, strict=True))
             for alike in groups(run, where):
                 change = np.array([made.outputs[where[i]] - best[i].made.outputs[best[i].samples] for i in alike])
                 rows = run.reduction.rows_of(alike)
-                of_data = run.reduction.reduce_segments(change / DELAY_STEP, alike) / run.deviation[rows]
+                of_data = run.reduction.reduce_segments(change / step, alike) / run.deviation[rows]
                 slopes |= dict(zip(alike, of_data, strict=True))
         return slopes
 

@@ -288,3 +288,20 @@ def test_a_delay_is_in_proportion_to_a_slow_motion_and_negative_where_an_input_d
     (delay,) = (e for e in laws_at(MassSpringDamper(), inputs=inputs, period=period) if e.family == "channel_delay")
     row = delay.declared["delay"]
     assert (row.min, row.max) == (sign * longest, longest)
+
+
+@pytest.mark.parametrize("largest", [1e-6, 1.0, 1e3])
+@pytest.mark.parametrize("period", [1e-3, 1.0, 100.0])
+def test_starting_values_are_within_the_bounds_at_any_scale_of_motion_and_time(largest, period):
+    """The bounds of widths, rates and times allow those of a motion of micrometres or of a kilometre."""
+    laws = laws_at(MassSpringDamper(), 2 * np.pi * largest / period, period=period, largest=largest)
+    outside = []
+    for effect in laws:
+        relative = dict.fromkeys(effect.relative, largest)
+        for name, starts in effect.starts.items():
+            row, scaled = effect.declared[name], [s * relative.get(name, 1.0) for s in starts]
+            outside += [(effect, name) for s in scaled if not row.min <= s <= row.max]
+    assert outside == []
+    (maxwell,) = (e for e in laws if e.form == "maxwell")
+    time = maxwell.declared["relaxation_time"]
+    assert time.min <= 0.01 * period and period <= time.max
