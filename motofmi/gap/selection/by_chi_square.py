@@ -53,17 +53,18 @@ def rivals(best: Candidate, first: Sequence[Candidate], criteria: Criteria) -> l
 
 
 def of_pairs(base: Fit, found: Pair, pairs: Sequence[Pair], first: list[Candidate], criteria: Criteria) -> Verdict:
-    """Both effects where all pairs are of the same families; else the effect that all contain, with the others tied.
+    """Both effects where all pairs are of the same families, that with the larger delta BIC alone first; else the effect
+    that all contain, with the others tied.
 
     The effect that all contain is not named where each of the others alone has a larger delta BIC.
     """
-    families = shared_families(pairs)
+    families, alone = shared_families(pairs), {c.family: c.delta_bic for c in reversed(ranked(first))}
     if len(families) == 2:
-        return Verdict("named", base, found.second.fit, [*found.members], [], first, criteria=criteria)
+        both = sorted(found.members, key=lambda c: -alone.get(c.family, -np.inf))
+        return Verdict("named", base, found.second.fit, both, [], first, criteria=criteria)
     members = [c for pair in pairs for c in pair.members]
     certain = next(c for c in members if c.family in families)
     tied = [c for c in members if c.family not in families]
-    alone = {c.family: c.delta_bic for c in reversed(ranked(first))}
     if min(alone.get(c.family, -np.inf) for c in tied) > alone.get(certain.family, -np.inf):
         return Verdict("tied", base, found.second.fit, [], tied, first, criteria=criteria)
     return Verdict("named", base, found.second.fit, [certain], tied, first, criteria=criteria)

@@ -93,6 +93,13 @@ def test_a_pair_whose_second_effect_is_one_of_several_names_the_first_and_lists_
     assert any("A second effect is missing besides coulomb_friction: one of progressive_damping, extra_mode" in s for s in said_of(found))
 
 
+def test_of_both_effects_of_a_pair_that_which_gains_more_alone_comes_first():
+    alone = [candidate(CoulombFriction, reduced=3.0, delta_bic=2000.0), candidate(HungBody, reduced=4.0, delta_bic=900.0)]
+    pair = Pair(alone[1], candidate(CoulombFriction, reduced=1.0, delta_bic=1500.0))
+    found = of_pairs(BASE, pair, [pair], alone, Criteria())
+    assert [c.family for c in found.effects] == ["coulomb_friction", "extra_mode"]
+
+
 def test_an_effect_that_all_pairs_contain_is_not_named_where_the_others_explain_more():
     """Drag and a body explain most, each alone; friction explains what either of them leaves."""
     weak = candidate(CoulombFriction, reduced=4.9, delta_bic=20.0)
