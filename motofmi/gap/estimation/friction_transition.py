@@ -1,12 +1,12 @@
 """The transition of dry friction through zero rate, narrowed by continuation.
 
-    F = F_c tanh(v / v_s),   v_s = a, a/2, a/4, ...   from 1 % down to 0.01 % of the largest rate
+    F = F_c tanh(v / v_s),   v_s = a, 0.7 a, 0.7^2 a, ...   from 1 % down to 0.01 % of the largest rate
 
 In a wide transition a body creeps where the real one sticks, and an excess of friction near standstill (Stribeck) takes
 the place of the missing stick. In a narrow one, simulations from distant values take long, and fits end in local
 minima. Therefore effects are searched with the wide one, and what is found is fitted with narrower ones, each from the
-values of the one before, as long as chi-square decreases. A model of n independent blocks of residuals is preferred by
-BIC with an unknown variance of the noise,
+values of the one before and with steps that resolve it, until chi-square has not decreased twice. A model of n independent
+blocks of residuals is preferred by BIC with an unknown variance of the noise,
 
     n ln(chi2) + k ln n
 
@@ -16,6 +16,7 @@ Source: Allgower, Georg, Introduction to Numerical Continuation Methods (2003), 
 """
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -27,9 +28,10 @@ from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.gap.estimation.fit_result import Fit, PortableFit
 from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.models.segmented import WIDTH
 
-NARROWER = 0.5  # ratio of the widths of two consecutive fits
-WIDTH = "sliding_rate"  # the parameter that an experiment gives to effects with a transition
+NARROWER = 0.7  # ratio of the widths of two consecutive fits
+FURTHER = 2  # fits without a decrease of chi-square after which no narrower transition is tried
 
 
 def has_transition(effects: Iterable[type[Effect]]) -> bool:
@@ -45,7 +47,7 @@ def worth_narrowing(best: Fit, forms: Sequence[Fit], blocks: int) -> list[Fit]:
     """
 
     def narrowed(wide: Fit) -> tuple[float, PortableFit | None]:
-        narrow = _narrowest(wide)
+        narrow = narrowest(wide)
         return _rate(narrow), PortableFit.of(narrow)
 
     found = []
@@ -57,18 +59,18 @@ def worth_narrowing(best: Fit, forms: Sequence[Fit], blocks: int) -> list[Fit]:
     return [narrow for value, narrow in sorted(found, key=lambda pair: pair[0]) if value < limit]
 
 
-def _narrowest(wide: Fit) -> Fit:
+def narrowest(wide: Fit) -> Fit:
     """The fit with the narrowest transition up to which chi-square decreases."""
-    found = wide
-    while not time_is_up() and (rate := NARROWER * _rate(found)) >= _experiment(found).least_sliding_rate:
-        narrower = _in_transition(found, rate)
-        try:
-            narrower = fit(narrower.model, narrower.runs, narrower.x)
-        except InputError:  # it cannot be simulated
+    found, last, further = wide, wide, 0
+    while further < FURTHER and not time_is_up():
+        rate = NARROWER * _rate(last)
+        if rate < _experiment(wide).least_sliding_rate:
             break
-        if narrower.chi2 >= found.chi2:
-            break
-        found = narrower
+        last, further = _in_transition(last, rate), further + 1
+        with suppress(InputError):  # it cannot be simulated
+            last = fit(last.model, last.runs, last.x)
+            if last.chi2 < found.chi2:
+                found, further = last, 0
     return found
 
 

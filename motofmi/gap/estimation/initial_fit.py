@@ -20,6 +20,7 @@ from fmus.support.parallel import in_turn, parallel_map
 from motofmi.gap.estimation.double_integrator import is_double_integrator, longest_segment
 from motofmi.gap.estimation.fit_result import Fit, PortableFit
 from motofmi.gap.estimation.fitting import fit, fit_or_none
+from motofmi.gap.estimation.friction_transition import has_transition, narrowest
 from motofmi.gap.estimation.starting_values import MAX_ITERATIONS, first_values, poles, values_by_inverse_dynamics
 from motofmi.gap.experiments.state_rates import rates_of_states
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
@@ -193,9 +194,13 @@ def _change_by_half_a_sample(values: np.ndarray) -> float:
 def in_interpolation_of(best: Fit, base: Fit) -> Fit | None:
     """A base with the interpolation of the inputs that fits best with an effect, which the misfit of the base may hide;
     None where it is that of the base, or where the base cannot be simulated or fits clearly worse with it: held inputs
-    are nearly those of another interpolation with a delay of half a sample."""
-    model: Any = best.model
-    kind = with_best_interpolation(model, best).runs[0].kind
+    are nearly those of another interpolation with a delay of half a sample.
+
+    Dry friction has its narrowest transition, since the misfit of a wide one is larger than that of an interpolation.
+    """
+    narrow = narrowest(best) if has_transition(best.model.effects) else best
+    model: Any = narrow.model
+    kind = with_best_interpolation(model, narrow).runs[0].kind
     if kind == base.runs[0].kind:
         return None
     runs = [

@@ -19,7 +19,7 @@ from motofmi.gap.experiments.sensor_offset import sensor_offset_effect, sensor_o
 # offsets belong to single runs, or of that of each run, where these take the place of dry friction.
 SMALLER_PART = 1e-3
 SLIDING_RATE = "coulomb_friction.sliding_rate"
-LEAST_SLIDING_RATE = 1e-6  # rad/s or m/s
+LEAST_SLIDING_RATE = 1e-12  # rad/s or m/s, of a component at rest
 # Sliding rate of Coulomb friction over the largest rate. A simulation has to resolve the transition through zero rate;
 # an imposed motion is not simulated. The last is the narrowest transition to which a fit is continued.
 SLIDING, SLIDING_IMPOSED, SLIDING_LEAST = 0.01, 0.001, 0.0001
@@ -100,6 +100,11 @@ class InputOutputExperiment:
         share = SLIDING_IMPOSED if self.imposed else SLIDING_LEAST
         return max(share * self.largest_rate, LEAST_SLIDING_RATE)
 
+    @property
+    def narrowed(self) -> bool:
+        """Whether dry friction has a narrower transition than in the search; not where no motion is known yet."""
+        return self.largest_rate < inf and self.sliding_rate < self._wide_sliding_rate(self.largest_rate)
+
     def with_sliding_rate(self, rate: float) -> "InputOutputExperiment":
         """The experiment with another rate from which on Coulomb friction slides."""
         return replace(self, given={**self.given, SLIDING_RATE: rate})
@@ -111,13 +116,11 @@ class InputOutputExperiment:
     def scaled(self, deflection: float, rate: float) -> "InputOutputExperiment":
         """The experiment with its largest deflection and rate; Coulomb friction slides from a small
         share of that rate on."""
-        share = SLIDING_IMPOSED if self.imposed else SLIDING
-        return replace(
-            self,
-            largest=deflection,
-            largest_rate=rate,
-            given={**self.given, SLIDING_RATE: max(share * rate, LEAST_SLIDING_RATE)},
-        )
+        given = {**self.given, SLIDING_RATE: self._wide_sliding_rate(rate)}
+        return replace(self, largest=deflection, largest_rate=rate, given=given)
+
+    def _wide_sliding_rate(self, rate: float) -> float:
+        return max((SLIDING_IMPOSED if self.imposed else SLIDING) * rate, LEAST_SLIDING_RATE)
 
 
 def input_output_experiment(

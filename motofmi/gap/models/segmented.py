@@ -16,9 +16,10 @@ from motofmi.gap.models.harmonic_model import HarmonicModel
 from motofmi.gap.models.implicit_formulas import HERMITE_SIMPSON, ImplicitFormula, formula_for
 from motofmi.gap.models.newton_method import CONVERGED
 from motofmi.gap.models.simulation import MANY_PIECES, Trajectory, simulate
-from motofmi.gap.preprocessing.sampled_run import SampledRun
+from motofmi.gap.preprocessing.sampled_run import MOST_STEPS, SampledRun
 
 PIECE, SMALLEST_PIECE = 128, 1  # steps of a piece, where a trajectory is simulated piece by piece
+WIDTH = "sliding_rate"  # the parameter that an experiment gives to effects with a transition
 BEGINNING = 12  # samples from which a measured state's initial value and slope are estimated
 
 Initial = Mapping[int, np.ndarray]  # states (nx,) by segment
@@ -43,23 +44,29 @@ class Nodes:
         return float(self.time[1] - self.time[0])
 
 
-def nodes_of(run: SampledRun, indices: Sequence[int], length: int = 0) -> Nodes:
-    """The nodes of some segments, or of their first samples."""
+def nodes_of(run: SampledRun, indices: Sequence[int], steps: int, length: int = 0) -> Nodes:
+    """The nodes of some segments, or of their first `length` samples, with so many steps per sample."""
     first = np.array([run.segments[i][0] for i in indices])
     counts = np.array([min(run.segments[i][1] - run.segments[i][0], length or np.inf) for i in indices], int)
-    sizes = (counts - 1) * run.steps_per_sample + 1
+    sizes = (counts - 1) * steps + 1
     begins = np.cumsum(sizes) - sizes
-    step = 1 / (run.recording.rate * run.steps_per_sample)
+    step = 1 / (run.recording.rate * steps)
     time = np.repeat(run.recording.time[first] - begins * step, sizes) + np.arange(sizes.sum()) * step
-    return Nodes(
-        time,
-        begins,
-        [slice(b, b + n, run.steps_per_sample) for b, n in zip(begins.tolist(), sizes.tolist(), strict=True)],
-    )
+    return Nodes(time, begins, [slice(b, b + n, steps) for b, n in zip(begins.tolist(), sizes.tolist(), strict=True)])
 
 
 class SegmentedModel(HarmonicModel):
     """Base and effects on sampled runs. The states of a segment's last simulation are the guess of the next one."""
+
+    def steps_per_sample(self, run: SampledRun) -> int:
+        """The simulation steps per sample: those of the run; at least one while dry friction passes through a
+        transition that is narrower than at first, with the acceleration 2 pi f v of the largest rate v."""
+        experiment, steps = self.experiment, run.steps_per_sample
+        if not (experiment.narrowed and any(WIDTH in effect.given for effect in self.effects)):
+            return steps
+        change = 2 * np.pi * run.middle_frequency * experiment.largest_rate / run.recording.rate / steps
+        most = MOST_STEPS // (len(run.measured) * steps)
+        return steps * int(np.clip(np.ceil(change / experiment.sliding_rate), 1, max(most, 1)))
 
     def simulated(
         self, run: SampledRun, indices: Sequence[int], values: Mapping[str, float], initial: Initial, length: int = 0,
@@ -73,7 +80,7 @@ class SegmentedModel(HarmonicModel):
         Raises InputError where one of several cannot be simulated with the others, or a single one neither from its
         last simulation nor, without one, piece by piece. A fit then takes a shorter step.
         """
-        nodes, states = nodes_of(run, indices, length), self.equations.states
+        nodes, states = nodes_of(run, indices, self.steps_per_sample(run), length), self.equations.states
         formula = self._formula(values, nodes.step)
         times = nodes.time, inner_times(nodes.time, formula)
         at, between = (self._inputs(run, t - self.lag(values, t), values) for t in times)
@@ -131,8 +138,9 @@ class SegmentedModel(HarmonicModel):
         for i, (a, b) in zip(indices, nodes.pieces, strict=True):
             known = {} if length else run.guess.get(i, {}).get("states", {})
             for row, name in zip(guess, self.equations.states, strict=True):
-                if name in known:
-                    row[a:b] = known[name]
+                if name in known:  # of a model with other steps where the number of nodes differs
+                    places = np.linspace(0, len(known[name]) - 1, b - a)
+                    row[a:b] = np.interp(places, np.arange(len(known[name])), known[name])
                 elif name in recorded:
                     row[a:b] = np.interp(nodes.time[a:b], run.recording.time, recorded[name])
         return guess.T
