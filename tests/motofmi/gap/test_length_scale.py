@@ -17,7 +17,7 @@ STIFFNESS, FREQUENCY = 1e4, 2 * np.pi * 5  # N/m, rad/s
 
 
 def record(seed: int, length: float, samples: int = 1600) -> Recording:
-    """A mass under a multisine, with sensor noise of 0.1 %; its displacement is in units of `length` [m]."""
+    """A mass under a multisine, with sensor noise of 1 %; its displacement is in units of `length` [m]."""
     rng, step = np.random.default_rng(seed), 2 * np.pi / 40
     lines, phases = np.linspace(0.1, 2.5, 60), rng.uniform(0, 2 * np.pi, 60)
 
@@ -29,7 +29,7 @@ def record(seed: int, length: float, samples: int = 1600) -> Recording:
 
     time = np.arange(samples) * step
     found = solve_ivp(rates, (0, time[-1]), [0, 0, 0], t_eval=time, rtol=1e-8, atol=1e-9).y[0]
-    noisy = found + 1e-3 * found.std() * rng.standard_normal(samples)
+    noisy = found + 1e-2 * found.std() * rng.standard_normal(samples)
     columns = {"force": STIFFNESS * length * force(time), "displacement": length * noisy}
     return Recording(f"run_{seed}", time / FREQUENCY, columns, {"force": "N", "displacement": "m"})
 
@@ -47,4 +47,4 @@ def test_hysteresis_is_named_at_any_scale_of_length(length, monkeypatch):
     force, width = (effect["parameters"][name] for name in ("force", "width"))
     assert force["value"] == pytest.approx(0.8 * STIFFNESS * length, abs=4 * force["standard_error"])
     assert width["value"] == pytest.approx(0.5 * length, abs=4 * width["standard_error"])
-    assert width["standard_error"] < 0.01 * width["value"]
+    assert width["standard_error"] < 0.02 * width["value"]
