@@ -71,12 +71,13 @@ def require_motion(
     spare = _spare(first, set(component.inputs) & set(columns))
     likely = list(dict.fromkeys(n for each in units.values() for n in _likely(spare, each)))
     if likely:
-        name, unit_of_it = next(iter(units.items()))
+        fitting = {n: [each for each in likely if _same_dimension(spare[each], u)] for n, u in units.items()}
+        name = next((n for n in units if fitting[n]), wanted[0])  # a heading states the unit of one of them
+        candidates, unit_of_it = fitting[name] or likely, units[name]
         what = f"the imposed {imposed}" if imposed else f"an output of {component.title}"
-        which = likely[0] if len(likely) == 1 else "COLUMN"
-        given = all(_same_dimension(spare[n], unit_of_it) for n in likely)  # the headings state the unit
+        which = candidates[0] if len(candidates) == 1 else "COLUMN"
         option = f'--map "{which}={name}"'
-        if not given:
+        if not fitting[name]:
             option = f'--map "{which}={name} [{unit_of_it}]" with the unit that the file has'
         raise InputError(
             f"{first.file or first.name}: no column is {what} ({', '.join(f'{n} [{u}]' for n, u in units.items())}), "

@@ -57,6 +57,8 @@ def test_an_output_without_a_column_is_asked_for():
         require_motion(DrivenJoint(), [recording], ["torque"])
     with pytest.raises(InputError, match=r'no column is the imposed angle .*--map "deflection=angle"$'):  # in its deg
         require_motion(DrivenJoint(), [run({"torque": "N.m", "deflection": "deg"})], ["torque", "deflection"], "angle")
+    with pytest.raises(InputError, match=r'if one of them is the rate, add --map "speed=rate"$'):  # in its rev/min
+        require_motion(DrivenJoint(), [run({"torque": "N.m", "speed": "rev/min"})], ["torque", "speed"])
     require_motion(DrivenJoint(), [run({"torque": "N.m", "rate": "rad/s"})], ["torque", "rate"])
 
 
