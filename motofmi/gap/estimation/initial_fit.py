@@ -203,12 +203,27 @@ def in_interpolation_of(best: Fit, base: Fit) -> Fit | None:
     kind = with_best_interpolation(model, narrow).runs[0].kind
     if kind == base.runs[0].kind:
         return None
+    found = _in_interpolation(base, kind)
+    return None if found is None or found.chi2 > OUT_OF_REACH * base.chi2 else found
+
+
+def unless_held(base: Fit) -> Fit | None:
+    """A base with held inputs, fitted again with smooth ones, in the same noise: an effect that lags may be a part of
+    the half sample by which held inputs are late. None where inputs are not held, or are seen to be."""
+    run = base.runs[0]
+    if run.kind != HELD or any(is_held(run.recording[n]) for n in run.experiment.inputs):
+        return None
+    return _in_interpolation(base, INTERPOLATIONS[0])
+
+
+def _in_interpolation(base: Fit, kind: str) -> Fit | None:
+    """A base fitted again with another interpolation of the inputs, in the same noise; None where it cannot be
+    simulated with it."""
     runs = [
         replace(run.with_interpolation(kind), input_variance=None).with_densities(run.densities, run.noise_source)
         for run in base.runs
     ]
-    found = fit_or_none(base.model, runs, base.x)
-    return None if found is None or found.chi2 > OUT_OF_REACH * base.chi2 else found
+    return fit_or_none(base.model, runs, base.x)
 
 
 def equal_noise(runs: Sequence[SampledRun], found: Fit) -> list[SampledRun]:

@@ -18,7 +18,7 @@ from motofmi.gap.estimation.candidate import Candidate, noise_is_known, ranked
 from motofmi.gap.estimation.equation_error import EquationErrorFit
 from motofmi.gap.estimation.fit_result import Fit, or_from_recorded_motion
 from motofmi.gap.estimation.fitting import fit, fit_or_none
-from motofmi.gap.estimation.initial_fit import equal_noise, in_interpolation_of
+from motofmi.gap.estimation.initial_fit import CLOSER, equal_noise, in_interpolation_of, unless_held
 from motofmi.gap.estimation.stages import Stage, running
 from motofmi.gap.preprocessing.sampled_run import SHORTEST_SEGMENT, SampledRun
 from motofmi.gap.selection.by_comparison import in_units_of_residuals, verdict_by_comparison, with_remaining_noise
@@ -74,7 +74,16 @@ class Selection:
         if (again := in_interpolation_of(found.best, self.base)) is not None:
             search = replace(self, base=again)
             return search._after_single_effects(search._single_effects())
+        if (smooth := unless_held(self.base)) is not None:
+            search = replace(self, base=smooth)
+            others = search._single_effects()
+            if search._left(others) < CLOSER * self._left(found):
+                return search._after_single_effects(others)
         return self._after_single_effects(found)
+
+    def _left(self, found: _Singles) -> float:
+        """What the best single effect leaves of chi-square, in the noise of the base."""
+        return self.base.chi2 * found.best.chi2 / found.base.chi2
 
     @property
     def noise_is_known(self) -> bool:

@@ -6,7 +6,7 @@ w' = K d(u) - c w,   d(u) = sign(u) max(|u| - u_0, 0):   w = w_s + (w_0 - w_s) e
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
-from scipy.signal import dlsim, lsim
+from scipy.signal import StateSpace, dlsim, lsim
 
 import motofmi as mf
 from fmus import Component, input, parameter, state
@@ -26,6 +26,7 @@ from tests.motofmi.gap.smoothly_driven_joint import JOINT, smooth_torque, with_n
 
 GAIN, DAMPING, HALF_WIDTH = 40.0, 5.0, 0.6  # rad/V.s2, 1/s, V
 HOLD, RATE = 2.0, 100.0  # s, Hz
+NATURAL = 2 * np.pi * 5  # rad/s
 
 
 class Motor(Component):
@@ -171,3 +172,30 @@ def test_a_base_within_the_tolerance_is_sufficient_where_nothing_is_named():
     found = unless_sufficient(Verdict("unknown", held, held))
     assert found.verdict == "none" and "within the tolerance of 1.00%" in found.withheld
     assert unless_sufficient(Verdict("unknown", smooth, smooth)).verdict == "unknown"
+
+
+@pytest.mark.slow
+def test_a_lag_of_the_spring_is_no_hold_of_the_force(monkeypatch):
+    """A Maxwell element makes the motion lag: held inputs, half a sample late, fit the base better than smooth ones."""
+    only_families(monkeypatch, ("viscoelastic_arm", "extra_mode", "channel_delay", "coulomb_friction"))
+    runs = [smooth_force_on_maxwell(seed) for seed in (7, 107)]
+    found = mf.find_gap(runs[0], validation=runs[1], component=mf.mechanism("mass_spring_damper"))
+    (effect,) = found.effects
+    assert effect["name"] == "viscoelastic_arm"
+    stiffness, time = (effect["parameters"][name] for name in ("series_stiffness", "relaxation_time"))
+    assert stiffness["value"] == pytest.approx(5000.0, rel=0.002)  # 1.3 standard errors
+    assert time["value"] == pytest.approx(1 / NATURAL, rel=0.002)
+
+
+def smooth_force_on_maxwell(seed: int) -> Recording:
+    """A mass with the natural frequency of 5 Hz and a Maxwell element of half its stiffness under a multisine up to
+    2.5 natural frequencies, sampled 40 times per natural period, with sensor noise of 0.1 %."""
+    rng, fine = np.random.default_rng(seed), np.arange(2000 * 8) * 2 * np.pi / 320
+    lines, phases = np.linspace(0.1, 2.5, 60), rng.uniform(0, 2 * np.pi, 60)
+    force = 2 * np.cos(np.outer(fine, lines) + phases).sum(axis=1) / np.sqrt(30)
+    # in units of the stiffness and the natural frequency: displacement, rate, force of the element
+    maxwell = StateSpace([[0, 1, 0], [-1, -0.1, -1], [0, 0.5, -1]], [[0], [1], [0]], [[1, 0, 0]], [[0]])
+    motion = lsim(maxwell, force, fine)[1][::8]
+    noisy = motion + 1e-3 * motion.std() * rng.standard_normal(len(motion))
+    columns = {"force": 1e4 * force[::8], "displacement": noisy}
+    return Recording(f"run_{seed}", fine[::8] / NATURAL, columns, {"force": "N", "displacement": "m"})
