@@ -85,7 +85,7 @@ def compare(
     on_progress(lambda: _compared(blocks, compared_base, models))
     with running(Stage.PAIRS):
         both = pairs(blocks, base, one_per_families(models), library, criteria)
-    narrow = with_narrower_transitions(blocks, models)
+    narrow = with_narrower_transitions(blocks, [*models, *both])
     compared = _compared(blocks, compared_base, [*models, *narrow, *both])
     inside = _unless_runs_disagree(_unless_leader_diverges(compared, blocks), blocks)
     on_progress(lambda: inside)

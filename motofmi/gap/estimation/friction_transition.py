@@ -5,8 +5,9 @@
 In a wide transition a body creeps where the real one sticks, and an excess of friction near standstill (Stribeck) takes
 the place of the missing stick. In a narrow one, simulations from distant values take long, and fits end in local
 minima. Therefore effects are searched with the wide one, and what is found is fitted with narrower ones, each from the
-values of the one before and with steps that resolve it, until chi-square has not decreased twice. A model of n independent
-blocks of residuals is preferred by BIC with an unknown variance of the noise,
+values of the one before and with steps that resolve it, until chi-square has not decreased twice; then with widths
+between the best one and its neighbours. A model of n independent blocks of residuals is preferred by BIC with an
+unknown variance of the noise,
 
     n ln(chi2) + k ln n
 
@@ -16,7 +17,6 @@ Source: Allgower, Georg, Introduction to Numerical Continuation Methods (2003), 
 """
 
 from collections.abc import Iterable, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -24,10 +24,9 @@ import numpy as np
 
 from fmus.effects import Effect
 from fmus.support.deadline import time_is_up
-from fmus.support.errors import InputError
 from fmus.support.parallel import parallel_map
 from motofmi.gap.estimation.fit_result import Fit, PortableFit
-from motofmi.gap.estimation.fitting import fit
+from motofmi.gap.estimation.fitting import fit_or_none
 from motofmi.gap.models.segmented import WIDTH
 
 NARROWER = 0.7  # ratio of the widths of two consecutive fits
@@ -60,18 +59,24 @@ def worth_narrowing(best: Fit, forms: Sequence[Fit], blocks: int) -> list[Fit]:
 
 
 def narrowest(wide: Fit) -> Fit:
-    """The fit with the narrowest transition up to which chi-square decreases."""
+    """The fit with the width of the transition that has the least chi-square, up to the wide one."""
     found, last, further = wide, wide, 0
     while further < FURTHER and not time_is_up():
         rate = NARROWER * _rate(last)
         if rate < _experiment(wide).least_sliding_rate:
             break
-        last, further = _in_transition(last, rate), further + 1
-        with suppress(InputError):  # it cannot be simulated
-            last = fit(last.model, last.runs, last.x)
-            if last.chi2 < found.chi2:
-                found, further = last, 0
-    return found
+        last = _fitted(last, rate)
+        found, further = (last, 0) if last.chi2 < found.chi2 else (found, further + 1)
+    if found is wide or time_is_up():
+        return found
+    between = [_fitted(found, ratio * _rate(found)) for ratio in (NARROWER**0.5, NARROWER**-0.5)]
+    return min(found, *between, key=lambda each: each.chi2)
+
+
+def _fitted(last: Fit, rate: float) -> Fit:
+    """A fit again with the sliding rate [rad/s or m/s]; with an infinite chi-square where it cannot be simulated."""
+    start = _in_transition(last, rate)
+    return fit_or_none(start.model, start.runs, start.x) or replace(start, chi2=np.inf)
 
 
 def _in_transition(found: Fit, rate: float) -> Fit:

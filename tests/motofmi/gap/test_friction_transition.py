@@ -127,8 +127,8 @@ def test_an_excess_near_standstill_gives_way_to_a_narrower_transition(stick):
         limitations_of(each, {"noise_source": "given", "verdict": "named"}, MassSpringDamper(), held=False)
         for each in (found, replace(found, verdict=wide))
     )
-    # 1 % of the largest rate, multiplied by 0.7 twelve times
-    (sentence,) = (each for each in said if "within 0.00014 m/s" in each and "(0.0098 m/s)" in each)
+    # 1 % of the largest rate, multiplied by 0.7 twelve times, and by the square root of it
+    (sentence,) = (each for each in said if "within 0.00011 m/s" in each and "(0.0098 m/s)" in each)
     assert "that the wider one leaves" in sentence
     assert not any("within" in sentence for sentence in unsaid)
     unnamed = wide.as_unknown()
