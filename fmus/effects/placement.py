@@ -40,8 +40,8 @@ from fmus.expressions.functions import NUMERIC
 
 LAWS = [law for module in (damping, stiffness, hysteresis, drift, resonance) for law in declared_by(module)]
 EVERYWHERE = declared_by(damping)
-# Lowest frequency [Hz] of a motion to which starting values of frequencies and times are scaled. With lower starting values a slow
-# further body takes the place of friction, and of other errors that grow over long times.
+# Lowest frequency [Hz] of a motion to which starting values of frequencies and times are scaled. With lower starting
+# values a slow further body takes the place of friction, and of other errors that grow over long times.
 LEAST_FREQUENCY = 2.0
 BEYOND = 10.0  # ratio of the upper bound of a frequency to its largest starting value
 MOST_DELAY = 0.25  # as a share of the motion's period
@@ -54,10 +54,10 @@ def laws_at(component: Component, largest_rate: float = 1.0, inputs: Mapping[str
             period: float = inf, largest: float = 1.0) -> list[type[Effect]]:  # fmt: skip
     """The effects that can act on a component, with starting values and bounds scaled to the motion.
 
-    largest and largest_rate are the largest deflection and rate of the elements; inputs and outputs are those with an actuator or a sensor, with
-    their largest values; states are those that may have further rates, with their ranges; period is that of the motion
-    [s]. By default every input has an actuator, of the largest value 1, no output has a sensor, and the threshold of
-    a state, a delay and the time constant of a lag have no bounds.
+    largest and largest_rate are the largest deflection and rate of the elements; inputs and outputs are those with an
+    actuator or a sensor, with their largest values; states are those that may have further rates, with their ranges;
+    period is that of the motion [s]. By default every input has an actuator, of the largest value 1, no output has a
+    sensor, and the threshold of a state, a delay and the time constant of a lag have no bounds.
     """
     levels = dict.fromkeys(component.inputs, 1.0) if inputs is None else dict(inputs)
     readings = dict(outputs or {})

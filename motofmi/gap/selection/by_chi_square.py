@@ -53,8 +53,8 @@ def rivals(best: Candidate, first: Sequence[Candidate], criteria: Criteria) -> l
 
 
 def of_pairs(base: Fit, found: Pair, pairs: Sequence[Pair], first: list[Candidate], criteria: Criteria) -> Verdict:
-    """Both effects where all pairs are of the same families, that with the larger delta BIC alone first; else the effect
-    that all contain, with the others tied.
+    """Both effects where all pairs are of the same families, the one with the larger delta BIC alone first; else the
+    effect that all contain, with the others tied.
 
     The effect that all contain is not named where each of the others alone has a larger delta BIC.
     """
