@@ -111,7 +111,7 @@ class Effect:
     relative_to_level: ClassVar[tuple[str, ...]] = ()
     relative_to_period: ClassVar[tuple[str, ...]] = ()
     relative_to_frequency: ClassVar[tuple[str, ...]] = ()
-    times: ClassVar[tuple[str, ...]] = ()  # at elements of generic components, with bounds that the period widens
+    times: ClassVar[tuple[str, ...]] = ()  # time constants, whose bounds the period of the motion widens
     within_range: ClassVar[tuple[str, ...]] = ()  # starting values as shares of the range of the state at which it acts
     in_its_unit: ClassVar[tuple[str, ...]] = ()  # variables in the unit of the input, output or state at which it acts
     given: ClassVar[tuple[str, ...]] = ()  # parameters that the experiment sets, such as its duration

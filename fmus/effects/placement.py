@@ -173,7 +173,7 @@ def _scaled(law: type[Effect], scale: Mapping[str, float]) -> dict[str, tuple[fl
 
 
 def _widened(row: Variable, scale: float) -> Variable:
-    """A variable whose bounds include those times a scale."""
+    """A variable whose bounds include the declared ones multiplied by a scale."""
     return replace(row, min=min(row.min, row.min * scale), max=max(row.max, row.max * scale))
 
 

@@ -39,14 +39,14 @@ def has_transition(effects: Iterable[type[Effect]]) -> bool:
 
 
 def worth_narrowing(best: Fit, forms: Sequence[Fit], blocks: int) -> list[Fit]:
-    """Each form with the narrowest transition up to which chi-square decreases, the least criterion first; without
+    """Each form with the transition of the best width, the least criterion first; without
     those whose criterion is not less than that of `best`.
 
     blocks is the number of independent blocks of residuals. All fits have the same runs.
     """
 
     def narrowed(wide: Fit) -> tuple[float, PortableFit | None]:
-        narrow = narrowest(wide)
+        narrow = in_best_width(wide)
         return _rate(narrow), PortableFit.of(narrow)
 
     found = []
@@ -58,8 +58,8 @@ def worth_narrowing(best: Fit, forms: Sequence[Fit], blocks: int) -> list[Fit]:
     return [narrow for value, narrow in sorted(found, key=lambda pair: pair[0]) if value < limit]
 
 
-def narrowest(wide: Fit) -> Fit:
-    """The fit with the width of the transition that has the least chi-square, up to the wide one."""
+def in_best_width(wide: Fit) -> Fit:
+    """The fit with that width of the transition, up to the wide one, which has the least chi-square."""
     found, last, further = wide, wide, 0
     while further < FURTHER and not time_is_up():
         rate = NARROWER * _rate(last)

@@ -20,7 +20,7 @@ from fmus.support.parallel import in_turn, parallel_map
 from motofmi.gap.estimation.double_integrator import is_double_integrator, longest_segment
 from motofmi.gap.estimation.fit_result import Fit, PortableFit
 from motofmi.gap.estimation.fitting import fit, fit_or_none
-from motofmi.gap.estimation.friction_transition import has_transition, narrowest
+from motofmi.gap.estimation.friction_transition import has_transition, in_best_width
 from motofmi.gap.estimation.starting_values import MAX_ITERATIONS, first_values, poles, values_by_inverse_dynamics
 from motofmi.gap.experiments.state_rates import rates_of_states
 from motofmi.gap.models.free_initial_state import FreeInitialStateModel
@@ -196,9 +196,9 @@ def in_interpolation_of(best: Fit, base: Fit) -> Fit | None:
     None where it is that of the base, or where the base cannot be simulated or fits clearly worse with it: held inputs
     are nearly those of another interpolation with a delay of half a sample.
 
-    Dry friction has its narrowest transition, since the misfit of a wide one is larger than that of an interpolation.
+    Dry friction has the transition of the best width, since the misfit of a wide one is larger than that of an interpolation.
     """
-    narrow = narrowest(best) if has_transition(best.model.effects) else best
+    narrow = in_best_width(best) if has_transition(best.model.effects) else best
     model: Any = narrow.model
     kind = with_best_interpolation(model, narrow).runs[0].kind
     if kind == base.runs[0].kind:
@@ -209,7 +209,7 @@ def in_interpolation_of(best: Fit, base: Fit) -> Fit | None:
 
 def unless_held(base: Fit) -> Fit | None:
     """A base with held inputs, fitted again with smooth ones, in the same noise: an effect that lags may be a part of
-    the half sample by which held inputs are late. None where inputs are not held, or are seen to be."""
+    the half sample by which held inputs are late. None where inputs are not held, or where their samples show steps."""
     run = base.runs[0]
     if run.kind != HELD or any(is_held(run.recording[n]) for n in run.experiment.inputs):
         return None
